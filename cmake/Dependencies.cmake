@@ -1,0 +1,12 @@
+# Every third-party library, found once; powdercalConfig.cmake repeats the list for users.
+find_package(Threads REQUIRED)
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+find_package(Ceres 2.1 REQUIRED)
+find_package(Boost 1.74 REQUIRED)
+find_package(yaml-cpp 0.7 REQUIRED)
+find_package(nlohmann_json 3.11 REQUIRED)
+find_package(fmt 9 REQUIRED)
+find_package(SQLiteCpp REQUIRED)
+find_package(CLI11 2 REQUIRED)
+find_package(OpenSSL 3 REQUIRED COMPONENTS Crypto)
+find_package(udunits2 MODULE REQUIRED)
