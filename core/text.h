@@ -1,0 +1,14 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace powdercal {
+
+/// The text with each byte that is not part of valid UTF-8 replaced by U+FFFD.
+std::string ValidUtf8(std::string_view bytes);
+
+/// Number of characters (code points) in UTF-8 text, where columns count characters and not bytes.
+int CountCharacters(std::string_view utf8);
+
+}  // namespace powdercal

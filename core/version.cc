@@ -1,0 +1,7 @@
+#include "core/version.h"
+
+namespace powdercal {
+
+const char* const kVersion = POWDERCAL_VERSION;
+
+}  // namespace powdercal
