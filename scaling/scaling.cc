@@ -1,0 +1,197 @@
+#include "scaling/scaling.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <array>
+#include <cassert>
+#include <vector>
+
+#include "core/quantity.h"
+
+namespace powdercal {
+namespace {
+
+// A simulated particle is softened to save time steps; a stiffer one than the powder's is a slip.
+std::string ExplainModulus(double simulation, const std::optional<double>& powder) {
+  if (!powder || simulation <= *powder) return "";
+  return fmt::format(
+      "the simulation's Young's modulus ({}) is above the powder's ({}); scaling may only soften "
+      "the particles",
+      HumanQuantity(simulation, "Pa"), HumanQuantity(*powder, "Pa"));
+}
+
+class NoScaling final : public Scaling {
+ public:
+  const std::string& name() const override {
+    static const std::string kName = "none";
+    return kName;
+  }
+  std::string Describe() const override {
+    return "simulates the experiment as it is: every group is kept, at the price of the powder's "
+           "own "
+           "stiffness and its short time step";
+  }
+  void Serialize(Archive&) override {}
+  std::string ExplainUnsupported(const Conditions&) const override { return ""; }
+  Conditions ToSimulation(const Conditions& experiment) const override { return experiment; }
+};
+
+class GivenScaling final : public Scaling {
+ public:
+  const std::string& name() const override {
+    static const std::string kName = "given";
+    return kName;
+  }
+
+  std::string Describe() const override {
+    std::vector<std::string> stated;
+    const auto add = [&](const char* what, const std::optional<double>& value, const char* unit) {
+      if (value) stated.push_back(fmt::format("{} {}", what, HumanQuantity(*value, unit)));
+    };
+    add("Young's modulus", young_modulus_, "Pa");
+    add("stress", stress_, "Pa");
+    if (stress_ratio_) stated.push_back(fmt::format("{:.4g} times the stress", *stress_ratio_));
+    add("gravity", gravity_, "m/s2");
+    add("velocity", velocity_, "m/s");
+    add("shear rate", shear_rate_, "1/s");
+    if (stated.empty()) return "simulates what the study states: nothing yet";
+    return fmt::format(
+        "simulates what the study states ({}) and keeps all else as in the experiment; no group is "
+        "kept by design",
+        fmt::join(stated, ", "));
+  }
+
+  void Serialize(Archive& archive) override {
+    archive.Quantity("young_modulus", young_modulus_, "Pa", kPositive);
+    archive.Quantity("stress", stress_, "Pa", kPositive);
+    archive.Quantity("stress_ratio", stress_ratio_, "1", kPositive);
+    archive.Quantity("gravity", gravity_, "m/s2", kNonNegative);
+    archive.Quantity("velocity", velocity_, "m/s", kPositive);
+    archive.Quantity("shear_rate", shear_rate_, "1/s", kPositive);
+    if (!archive.reading()) return;
+    if (stress_ && stress_ratio_) {
+      throw archive.ErrorAt("stress_ratio",
+                            "'stress' and 'stress_ratio' exclude each other: give the "
+                            "simulation's stress, or its ratio to the experiment's");
+    }
+  }
+
+  std::string ExplainUnsupported(const Conditions& experiment) const override {
+    // Not an error of Serialize(): there, the likely cause, a misspelt key, is still to be
+    // reported.
+    if (StatesNothing()) {
+      return "mode 'given' states nothing that differs from the experiment; give young_modulus, "
+             "stress, stress_ratio, gravity, velocity or shear_rate, or use mode 'none'";
+    }
+    if (stress_ && !experiment.stress) {
+      return fmt::format(
+          "a stress of {} is given for the simulation, but the experiment applies none; give "
+          "stress_ratio instead, which acts only where there is a stress",
+          HumanQuantity(*stress_, "Pa"));
+    }
+    if (young_modulus_) return ExplainModulus(*young_modulus_, experiment.young_modulus);
+    return "";
+  }
+
+  Conditions ToSimulation(const Conditions& experiment) const override {
+    assert(ExplainUnsupported(experiment).empty());
+    Conditions simulation = experiment;
+    if (young_modulus_) simulation.young_modulus = young_modulus_;
+    if (gravity_) simulation.gravity = gravity_;
+    if (stress_) simulation.stress = stress_;
+    if (stress_ratio_ && experiment.stress) {
+      simulation.stress = *experiment.stress * *stress_ratio_;
+    }
+    if (velocity_ && experiment.velocity) simulation.velocity = velocity_;
+    if (shear_rate_ && experiment.shear_rate) simulation.shear_rate = shear_rate_;
+    return simulation;
+  }
+
+ private:
+  bool StatesNothing() const {
+    return !young_modulus_ && !stress_ && !stress_ratio_ && !gravity_ && !velocity_ && !shear_rate_;
+  }
+
+  std::optional<double> young_modulus_;  // [Pa]
+  std::optional<double> stress_;         // [Pa]
+  std::optional<double> stress_ratio_;   // [-]
+  std::optional<double> gravity_;        // [m/s2]
+  std::optional<double> velocity_;       // [m/s]
+  std::optional<double> shear_rate_;     // [1/s]
+};
+
+class SigmaOverEScaling final : public Scaling {
+ public:
+  const std::string& name() const override {
+    static const std::string kName = "sigma_over_e";
+    return kName;
+  }
+
+  std::string Describe() const override {
+    return fmt::format(
+        "keeps sigma/E: the stress falls in proportion to Young's modulus{}; gravity, cohesion and "
+        "speeds stay as they are, and so grow against the reduced load",
+        young_modulus_ ? fmt::format(" (lowered to {})", HumanQuantity(*young_modulus_, "Pa"))
+                       : "");
+  }
+
+  void Serialize(Archive& archive) override {
+    archive.Require("young_modulus");
+    archive.Quantity("young_modulus", young_modulus_, "Pa", kPositive);
+  }
+
+  std::string ExplainUnsupported(const Conditions& experiment) const override {
+    if (!young_modulus_) {
+      return "mode 'sigma_over_e' needs young_modulus, that of the simulated particles";
+    }
+    if (!experiment.young_modulus) {
+      return "mode 'sigma_over_e' needs the powder's own Young's modulus (material.young_modulus)";
+    }
+    if (!experiment.stress) {
+      return "mode 'sigma_over_e' needs an applied stress, and the experiment has none";
+    }
+    return ExplainModulus(*young_modulus_, experiment.young_modulus);
+  }
+
+  Conditions ToSimulation(const Conditions& experiment) const override {
+    assert(ExplainUnsupported(experiment).empty());
+    Conditions simulation = experiment;
+    simulation.young_modulus = young_modulus_;
+    simulation.stress = *experiment.stress * (*young_modulus_ / *experiment.young_modulus);
+    return simulation;
+  }
+
+ private:
+  std::optional<double> young_modulus_;  // [Pa]
+};
+
+}  // namespace
+
+std::span<const std::string> ScalingNames() {
+  static const std::array<std::string, 3> kNames = {"given", "none", "sigma_over_e"};
+  return kNames;
+}
+
+std::unique_ptr<Scaling> MakeScaling(const std::string& name) {
+  if (name == "given") return std::make_unique<GivenScaling>();
+  if (name == "none") return std::make_unique<NoScaling>();
+  if (name == "sigma_over_e") return std::make_unique<SigmaOverEScaling>();
+  throw UnknownName("scaling mode", name, ScalingNames());
+}
+
+void SerializeScaling(Archive& archive, std::unique_ptr<Scaling>& scaling) {
+  if (!scaling) scaling = MakeScaling("none");
+  archive.Section(
+      "scaling",
+      [&](Archive& section) {
+        section.Require("mode");
+        std::string mode = scaling->name();
+        section.Choice("mode", mode, "scaling mode", ScalingNames());
+        if (section.reading()) scaling = MakeScaling(mode);
+        scaling->Serialize(section);
+      },
+      "mode");
+}
+
+}  // namespace powdercal
