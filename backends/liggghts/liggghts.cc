@@ -1,0 +1,122 @@
+#include "backends/liggghts/liggghts.h"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <map>
+#include <mutex>
+#include <system_error>
+
+#include "backends/liggghts/deck.h"
+#include "backends/liggghts/result.h"
+#include "core/errors.h"
+#include "core/files.h"
+#include "core/process.h"
+
+namespace powdercal {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kProgram = "liggghts";
+
+// Open MPI would otherwise start a daemon outside our process group, which nothing would end.
+const std::vector<std::pair<std::string, std::string>> kEnvironment = {
+    {"OMPI_MCA_ess_singleton_isolated", "1"},
+    {"OMPI_ALLOW_RUN_AS_ROOT", "1"},
+    {"OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"},
+    {"OMP_NUM_THREADS", "1"}};
+
+// Nobody reads these after a crash of the machine, so no waiting for the disk.
+void WriteFile(const fs::path& path, const std::string& text) {
+  std::ofstream stream(path, std::ios::binary);
+  stream << text;
+  stream.close();
+  if (!stream) throw InputError("cannot write the file", {.location = {path.string()}});
+}
+
+Availability Probe(const fs::path& program) {
+  const ProcessResult result = RunProcess({.arguments = {program.string(), "-h"},
+                                           .environment = kEnvironment,
+                                           .time_limit = std::chrono::seconds(30)});
+  static constexpr std::string_view kMark = "LIGGGHTS-PUBLIC ";
+  const std::size_t begin = result.output.find(kMark);
+  if (begin == std::string::npos) {
+    return {.why_not = fmt::format("{} does not answer as LIGGGHTS-PUBLIC does ({})",
+                                   program.string(), result.Describe())};
+  }
+  const std::size_t start = begin + kMark.size();
+  const std::size_t end = result.output.find_first_of(", )\n", start);
+  return {.available = true, .version = result.output.substr(start, end - start)};
+}
+
+class LiggghtsBackend final : public Backend {
+ public:
+  const std::string& name() const override {
+    static const std::string kName = "liggghts";
+    return kName;
+  }
+
+  // Asked often, and starting the program costs a third of a second: remembered for each file.
+  Availability availability() const override {
+    const fs::path program = FindProgram(kProgram);
+    if (program.empty()) {
+      return {.why_not = "no program 'liggghts' on PATH (Debian: apt-get install liggghts)"};
+    }
+    static std::mutex mutex;
+    static std::map<fs::path, Availability> known;
+    const std::lock_guard lock(mutex);
+    const auto found = known.find(program);
+    if (found != known.end()) return found->second;
+    return known[program] = Probe(program);
+  }
+
+  double Throughput() const override { return 5.5e6; }
+
+  std::string ExplainUnsupported(const Program& program) const override {
+    return liggghts::ExplainUnsupported(program);
+  }
+
+  Trace Run(const Program& program, const RunContext& context) const override {
+    if (const std::string reason = ExplainUnsupported(program); !reason.empty()) {
+      return {.outcome = {Reason::unsupported, reason}};
+    }
+    liggghts::Input input;
+    try {
+      input = liggghts::WriteInput(program);
+    } catch (const InputError& error) {
+      return {.outcome = {Reason::invalid_input, error.what()}};
+    }
+    const fs::path& folder = context.work_folder;
+    fs::remove_all(folder);  // what an interrupted attempt left must not pass for a result
+    fs::create_directories(folder);
+    WriteFile(folder / liggghts::kDeckFile, input.deck);
+    WriteFile(folder / liggghts::kDataFile, input.data);
+    WriteFile(folder / liggghts::kMeshFile, input.mesh);
+    // "-screen none" crashes with a mesh: always to a file.
+    const ProcessResult process =
+        RunProcess({.arguments = {kProgram, "-in", liggghts::kDeckFile, "-log", "none", "-screen",
+                                  liggghts::kScreenFile},
+                    .working_directory = folder,
+                    .environment = kEnvironment,
+                    .time_limit = context.time_limit},
+                   context.stop);
+    Trace trace = liggghts::ReadTrace(program, input.particle_count, folder, process);
+    const bool failed = !trace.outcome.ok() && trace.outcome.reason != Reason::cancelled;
+    if (failed) {
+      WriteFile(folder / "outcome.txt",
+                fmt::format("{}: {}\n\n{}\n", ToString(trace.outcome.reason), trace.outcome.message,
+                            process.output));
+    } else if (!context.keep_files) {
+      std::error_code ignored;
+      fs::remove_all(folder, ignored);
+    }
+    return trace;
+  }
+};
+
+}  // namespace
+
+std::unique_ptr<Backend> MakeLiggghtsBackend() { return std::make_unique<LiggghtsBackend>(); }
+
+}  // namespace powdercal

@@ -1,0 +1,193 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <span>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace powdercal {
+
+// A Program says what is to be simulated, in terms that every DEM code shares, and nothing about
+// how a particular one does it. SI units throughout; z points up.
+
+using Vector3 = std::array<double, 3>;
+
+/// How large a simulation is: quick for exploring, standard for results, paper for the size that
+/// the seed publication used. What each means is the experiment's choice.
+enum class Fidelity { quick, standard, paper };
+std::span<const std::string> FidelityNames();
+
+/// Particle diameters by number, truncated to [min, max].
+struct SizeDistribution {
+  enum class Kind { monodisperse, normal, lognormal };
+  Kind kind = Kind::monodisperse;
+  double mean = 0;  ///< [m] of the untruncated distribution; the diameter if monodisperse
+  double standard_deviation = 0;  ///< [m] of the untruncated distribution (lognormal: of d itself)
+  double min = 0;                 ///< [m] without meaning if monodisperse, as is max
+  double max = 0;                 ///< [m]
+
+  /// "" if the members make sense together, else what is wrong.
+  std::string ExplainInvalid() const;
+  /// Diameter at the cumulative number fraction p in [0, 1]; Quantile(0) is the smallest diameter.
+  double Quantile(double p) const;
+  /// Number mean of d^power after truncation [m^power]; power 1, 2 or 3.
+  double Moment(int power) const;
+};
+std::span<const std::string> SizeDistributionNames();
+
+/// Parameters of contact between two kinds of bodies.
+struct ContactParameters {
+  double restitution = 0;              ///< [-] in (0, 1]
+  double friction = 0;                 ///< [-] Coulomb
+  double rolling_friction = 0;         ///< [-]
+  double cohesion_energy_density = 0;  ///< [J/m3] k of SJKR2
+  double surface_energy = 0;           ///< [J/m2] gamma of DMT
+};
+
+/// Elastic and contact parameters of the powder and of the walls (walls share E and nu).
+struct Materials {
+  double density = 0;        ///< [kg/m3] of the solid
+  double young_modulus = 0;  ///< [Pa] of the simulated particles
+  double poisson_ratio = 0;  ///< [-]
+  ContactParameters particle_particle;
+  ContactParameters particle_wall;
+};
+
+/// The canonical contact law; docs/physics.md has the formulas of each name.
+struct ContactLaw {
+  enum class Normal { hertz, linear };
+  enum class Tangential { history, no_history };
+  enum class ShearUpdate { displacement, incremental };
+  enum class Cohesion { none, sjkr2, dmt };
+  enum class Rolling { none, cdt, epsd2 };
+
+  Normal normal = Normal::hertz;
+  bool limit_force = false;  ///< clip the normal force at zero before cohesion is added
+  Tangential tangential = Tangential::history;
+  ShearUpdate shear_update = ShearUpdate::displacement;
+  Cohesion cohesion = Cohesion::none;
+  Rolling rolling = Rolling::none;
+  bool torsion = true;  ///< rolling friction resists spin about the line of centres as well
+
+  /// "hertz + history (displacement) + sjkr2 + epsd2 with torsion, limit_force off".
+  std::string ToString() const;
+};
+std::span<const std::string> NormalLawNames();
+std::span<const std::string> TangentialLawNames();
+std::span<const std::string> ShearUpdateNames();
+std::span<const std::string> CohesionNames();
+std::span<const std::string> RollingNames();
+
+/// One sphere of a packing.
+struct Sphere {
+  std::int64_t id = 0;  ///< 1, 2, …; kept through the whole simulation
+  double radius = 0;    ///< [m]
+  Vector3 position{};   ///< [m]
+  Vector3 velocity{};   ///< [m/s]
+  Vector3 spin{};       ///< [rad/s]
+};
+using Packing = std::vector<Sphere>;
+
+/// The particles: drawn from a distribution with a seed, or an explicit packing.
+struct Particles {
+  SizeDistribution sizes;
+  int count = 0;
+  std::uint64_t seed = 0;
+  std::optional<Packing> packing;  ///< takes precedence over count and seed
+};
+
+enum class Boundary { periodic, open };  ///< open: particles that leave are lost
+
+struct Domain {
+  Vector3 lower{};  ///< [m]
+  Vector3 upper{};  ///< [m]
+  std::array<Boundary, 3> boundaries{Boundary::periodic, Boundary::periodic, Boundary::open};
+};
+
+/// A flat wall perpendicular to z, infinite in x and y.
+struct PlaneWall {
+  std::string name;
+  double height = 0;      ///< [m] z of the wall
+  bool facing_up = true;  ///< the side on which the particles are
+};
+
+/// Places `particles` at random, without overlap, in a slab of the domain (see insertion.h).
+struct Insert {
+  double bottom = 0;   ///< [m] z range of sphere centres is [bottom + r, top − r]
+  double top = 0;      ///< [m]
+  Vector3 velocity{};  ///< [m/s] common to all spheres
+};
+
+/// Runs under gravity until the bed is at rest: the kinetic energy per particle is below
+/// `kinetic_energy_ratio` · m g d, checked every `check_interval` from `min_duration` on; ends
+/// without failure at `max_duration`, since what counts is the state after loading.
+struct Settle {
+  double kinetic_energy_ratio = 0;  ///< [-]
+  double check_interval = 0;        ///< [s]
+  double min_duration = 0;          ///< [s]
+  double max_duration = 0;          ///< [s]
+};
+
+/// Places the wall just above the highest particle and loads the bed with it to a normal stress;
+/// the wall then follows the bed and keeps the stress. The gain of the controller is the backend's
+/// matter: it must be stable for the contact stiffness at hand. Ends when 90 % of the stress is
+/// reached, or at `max_duration`; what follows then finds that the stress is missed.
+struct Servo {
+  std::string wall;
+  double stress = 0;        ///< [Pa] compressive, positive
+  double max_velocity = 0;  ///< [m/s]
+  double max_duration = 0;  ///< [s]
+};
+
+/// Keeps the servo's stress until the bed is quasi-static: over one window the mean stress is
+/// within `stress_tolerance` of the target, the wall's mean strain rate |dh/dt|/h is below
+/// `strain_rate`, and the kinetic energy is below `kinetic_energy_ratio` times the elastic contact
+/// energy (estimated as stress · volume / kappa where a backend does not know it). Past
+/// `max_duration` the outcome is `not_quasi_static`.
+struct Hold {
+  double stress_tolerance = 0;      ///< [-]
+  double strain_rate = 0;           ///< [1/s]
+  double kinetic_energy_ratio = 0;  ///< [-]
+  double window = 0;                ///< [s]
+  double max_duration = 0;          ///< [s]
+};
+
+using Stage = std::variant<Insert, Settle, Servo, Hold>;
+/// "insert", "settle", "servo", "hold": also the names of a trace's moments.
+const std::string& StageName(const Stage& stage);
+
+/// What to simulate. The trace holds a packing at the end of each stage but Insert.
+struct Program {
+  std::string experiment;                    ///< who planned it, e.g. "consolidation"
+  std::map<std::string, double> parameters;  ///< the study's free parameters by canonical name, SI
+  Fidelity fidelity = Fidelity::quick;
+  Particles particles;
+  Materials materials;
+  ContactLaw law;
+  Domain domain;
+  std::vector<PlaneWall> walls;
+  Vector3 gravity{0, 0, -9.81};  ///< [m/s2]
+  double time_step = 0;          ///< [s]
+  std::vector<Stage> stages;
+
+  /// Canonical serialisation: sorted keys, every member, numbers with as many digits as it takes to
+  /// read back the same double. A sphere of an explicit packing is the array [id, radius, x, y, z,
+  /// vx, vy, vz, wx, wy, wz]. Requires finite numbers.
+  nlohmann::json ToJson() const;
+  /// The program that ToJson() wrote. Throws InputError where a member is missing, unknown or of
+  /// the wrong kind.
+  static Program FromJson(const nlohmann::json& json);
+  /// SHA-256 of the canonical serialisation: equal programs, equal hashes.
+  std::string Hash() const;
+};
+
+/// Rayleigh time of a sphere, pi·R·sqrt(rho/G)/(0.1631·nu + 0.8766) [s]: the time a surface wave
+/// takes around half of it, the natural limit of the time step (Thornton & Randall 1988).
+double RayleighTime(double radius, double density, double young_modulus, double poisson_ratio);
+
+}  // namespace powdercal
