@@ -1,0 +1,33 @@
+#include "experiments/experiment.h"
+
+#include <array>
+
+#include "core/errors.h"
+#include "experiments/consolidation.h"
+
+namespace powdercal {
+
+void Numerics::Serialize(Archive& archive) {
+  archive.Quantity("rayleigh_fraction", rayleigh_fraction, "1",
+                   {.lower = 0, .upper = 1, .lower_open = true});
+  archive.Quantity("time_step", time_step, "s", kPositive);
+}
+
+double Numerics::TimeStep(const SimulatedPowder& powder) const {
+  if (time_step) return *time_step;
+  const Materials& m = powder.materials;
+  return rayleigh_fraction *
+         RayleighTime(powder.sizes.Quantile(0) / 2, m.density, m.young_modulus, m.poisson_ratio);
+}
+
+std::span<const std::string> ExperimentNames() {
+  static const std::vector<std::string> names = {"consolidation"};
+  return names;
+}
+
+std::unique_ptr<Experiment> MakeExperiment(const std::string& name) {
+  if (name == "consolidation") return std::make_unique<Consolidation>();
+  throw UnknownName("experiment", name, ExperimentNames());
+}
+
+}  // namespace powdercal

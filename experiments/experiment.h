@@ -1,0 +1,91 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "backends/program.h"
+#include "backends/trace.h"
+#include "core/archive.h"
+#include "scaling/conditions.h"
+
+namespace powdercal {
+
+/// A response that an experiment can measure.
+struct ResponseDescription {
+  std::string name;         ///< "void_ratio"
+  std::string unit;         ///< SI unit, "1" for pure numbers
+  std::string description;  ///< one line, for `powdercal list` and the report
+};
+
+/// A measured response.
+struct ResponseValue {
+  double value = 0;  ///< SI
+  double variance =
+      0;  ///< SI², the variance of the measurement within this one simulation; 0: unknown
+};
+
+/// What one simulation of an experiment gave.
+struct Measurement {
+  std::map<std::string, ResponseValue> responses;
+  std::map<std::string, double>
+      diagnostics;  ///< SI; keys end in nothing, units in the header of each
+                    ///< experiment ("coordination_number", "kappa", …)
+};
+
+/// What the simulation assumes of the powder, after scaling, with the free parameters put in.
+struct SimulatedPowder {
+  SizeDistribution sizes;
+  Materials materials;
+  ContactLaw law;
+};
+
+/// How the equations are to be integrated.
+struct Numerics {
+  double rayleigh_fraction =
+      0.2;  ///< [-] time step over the Rayleigh time of the smallest particle
+  std::optional<double> time_step;  ///< [s] overrides the rule; for demonstrations of instability
+
+  void Serialize(Archive& archive);
+  /// The time step for a powder [s].
+  double TimeStep(const SimulatedPowder& powder) const;
+};
+
+/// A test of the powder, as a protocol: conditions → Program, Trace → responses.
+class Experiment {
+ public:
+  virtual ~Experiment() = default;
+
+  virtual const std::string& name() const = 0;
+  virtual std::span<const ResponseDescription> responses() const = 0;
+
+  /// Reads or writes the experiment's own options (without `observed`, which the study holds).
+  virtual void Serialize(Archive& archive) = 0;
+
+  /// Adds what this experiment knows of its own conditions in the laboratory: stress, height,
+  /// velocity, … (the powder's are filled in by the study).
+  virtual void DescribeConditions(Fidelity fidelity, Conditions& conditions) const = 0;
+
+  /// The program for one particle seed. `conditions` are the simulation's, after scaling.
+  virtual Program Plan(const SimulatedPowder& powder, const Conditions& conditions,
+                       const Numerics& numerics, Fidelity fidelity, std::uint64_t seed) const = 0;
+
+  /// Simulated time that a program of this experiment usually takes [s], for estimates of cost;
+  /// right within a factor of about 2.
+  virtual double ExpectedDuration(const Program& program) const = 0;
+
+  /// Measures a trace whose outcome is ok. May still find that it is not a valid test, and then
+  /// returns the reason in `outcome`.
+  virtual Measurement Measure(const Program& program, const Trace& trace,
+                              Outcome* outcome) const = 0;
+};
+
+/// Names of all experiments, sorted.
+std::span<const std::string> ExperimentNames();
+/// Throws InputError for a name that is not in ExperimentNames().
+std::unique_ptr<Experiment> MakeExperiment(const std::string& name);
+
+}  // namespace powdercal
