@@ -1,0 +1,47 @@
+#pragma once
+
+#include <memory>
+
+#include "optimizers/designs/design.h"
+#include "optimizers/optimizer.h"
+#include "surrogates/kernel.h"
+
+namespace powdercal {
+
+/// `bayesian`: an initial design, then points that maximise an acquisition over Gaussian processes
+/// fitted to all that is known (Jones, Schonlau & Welch 1998).
+struct BayesianOptions {
+  enum class Acquisition {
+    composite_log_ei,  ///< a process per response; expected improvement of chi² built from them
+    ei,                ///< one process on chi² itself, as GPyOpt (and the paper) do
+  };
+  Acquisition acquisition = Acquisition::composite_log_ei;
+  /// ei only: the improvement that counts begins so far below the best, in units of the standard
+  /// deviation of the objective (GPyOpt's meaning: its objective is standardised; the paper's w_a).
+  /// [1], ≥ 0
+  double jitter = 0.01;
+  Kernel kernel = Kernel::matern52;
+  DesignOptions initial_design{.name = "sobol"};
+  /// Never ask for a point within 1e-6 of the box of one that was evaluated or is pending. Without
+  /// it noisy responses may be evaluated again where it pays.
+  bool de_duplication = true;
+
+  /// Throws InputError.
+  void Serialize(Archive& archive, const SearchSpace& space);
+};
+
+/// Life of the optimizer: the points of the initial design first, then one proposal at a time, each
+/// given all observations and pending candidates. Never waits: where no model can be made (fewer
+/// than two evaluations have succeeded, or a fit fails) it proposes the point of the box farthest
+/// from all others, and says so in Candidate::origin and status().message. Failed evaluations lower
+/// the probability of success nearby (Feasibility), which multiplies the acquisition; while more
+/// than a quarter of all evaluations have failed, proposals are confined to where success is
+/// likelier than not, if there is such a place. Proposals are a function of the options, the seed,
+/// the number asked and the observations (in any order of telling) alone: no state of earlier fits
+/// goes in, so a study that is resumed goes on as if it had not been interrupted.
+std::unique_ptr<Optimizer> MakeBayesian(const BayesianOptions& options, const SearchSpace& space,
+                                        const Objectives& objectives, std::uint64_t seed);
+
+std::unique_ptr<OptimizerFactory> MakeBayesianFactory();
+
+}  // namespace powdercal

@@ -1,0 +1,101 @@
+#include "optimizers/optimizer.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+
+#include "core/errors.h"
+#include "optimizers/bayesian/bayesian.h"
+#include "optimizers/designs/design_optimizer.h"
+#include "optimizers/random_search.h"
+
+namespace powdercal {
+namespace {
+
+using Maker = std::unique_ptr<OptimizerFactory> (*)(const std::string& name);
+
+struct Entry {
+  const char* name;
+  Maker make;
+};
+
+constexpr std::array<Entry, 7> kOptimizers = {{
+    {"bayesian", [](const std::string&) { return MakeBayesianFactory(); }},
+    {"corners_and_centre", MakeDesignFactory},
+    {"grid", MakeDesignFactory},
+    {"latin_hypercube", MakeDesignFactory},
+    {"list", MakeDesignFactory},
+    {"random", [](const std::string&) { return MakeRandomSearchFactory(); }},
+    {"sobol", MakeDesignFactory},
+}};
+
+}  // namespace
+
+Eigen::VectorXd SearchSpace::FromUnit(const Eigen::VectorXd& point) const {
+  if (point.size() != dimension()) throw std::invalid_argument("FromUnit: wrong dimension");
+  Eigen::VectorXd values(point.size());
+  for (Eigen::Index i = 0; i < point.size(); ++i) {
+    const Parameter& parameter = parameters[static_cast<std::size_t>(i)];
+    const double u = std::clamp(point[i], 0.0, 1.0);
+    const double value = parameter.logarithmic
+                             ? parameter.lower * std::pow(parameter.upper / parameter.lower, u)
+                             : parameter.lower + u * (parameter.upper - parameter.lower);
+    // The ends exactly, whatever rounding does.
+    values[i] = u == 1 ? parameter.upper : std::clamp(value, parameter.lower, parameter.upper);
+  }
+  return values;
+}
+
+Eigen::VectorXd SearchSpace::ToUnit(const Eigen::VectorXd& values) const {
+  if (values.size() != dimension()) throw std::invalid_argument("ToUnit: wrong dimension");
+  Eigen::VectorXd point(values.size());
+  for (Eigen::Index i = 0; i < values.size(); ++i) {
+    const Parameter& parameter = parameters[static_cast<std::size_t>(i)];
+    const double value = std::clamp(values[i], parameter.lower, parameter.upper);
+    const double u =
+        parameter.logarithmic
+            ? std::log(value / parameter.lower) / std::log(parameter.upper / parameter.lower)
+            : (value - parameter.lower) / (parameter.upper - parameter.lower);
+    point[i] = value == parameter.upper ? 1 : std::clamp(u, 0.0, 1.0);
+  }
+  return point;
+}
+
+std::span<const std::string> OptimizerNames() {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> result;
+    for (const Entry& entry : kOptimizers) result.emplace_back(entry.name);
+    return result;
+  }();
+  return names;
+}
+
+std::unique_ptr<OptimizerFactory> MakeOptimizerFactory(const std::string& name) {
+  for (const Entry& entry : kOptimizers) {
+    if (name == entry.name) return entry.make(name);
+  }
+  throw UnknownName("optimizer", name, OptimizerNames());
+}
+
+double ChiSquared(const Objectives& objectives, const Eigen::VectorXd& responses,
+                  const Eigen::VectorXd& variances, int objective) {
+  const std::vector<Target>& targets = objectives.targets;
+  const auto count = static_cast<Eigen::Index>(targets.size());
+  if (responses.size() != count || (variances.size() != 0 && variances.size() != count)) {
+    throw std::invalid_argument("ChiSquared: wrong number of responses or variances");
+  }
+  double sum = 0;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Target& target = targets[static_cast<std::size_t>(i)];
+    if (objective >= 0 && target.objective != objective) continue;
+    if (std::isnan(responses[i])) continue;
+    double variance = target.sd * target.sd;
+    if (variances.size() != 0 && variances[i] > 0) variance += variances[i];  // NaN: unknown
+    const double residual = responses[i] - target.value;
+    sum += residual * residual / variance;
+  }
+  return sum;
+}
+
+}  // namespace powdercal

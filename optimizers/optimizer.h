@@ -1,0 +1,130 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/archive.h"
+
+namespace powdercal {
+
+/// A parameter to be found.
+struct Parameter {
+  std::string name;          ///< canonical, "cohesion_energy_density"
+  std::string symbol;        ///< "k"; the name if the study gives none
+  std::string unit;          ///< SI unit, "1" for pure numbers
+  double lower = 0;          ///< SI
+  double upper = 1;          ///< SI
+  bool logarithmic = false;  ///< searched on a log scale; then lower > 0
+};
+
+/// The box that is searched. Optimizers see the unit box only.
+struct SearchSpace {
+  std::vector<Parameter> parameters;
+
+  int dimension() const { return static_cast<int>(parameters.size()); }
+  /// Unit box → SI, and back. Points slightly outside the box are clamped.
+  Eigen::VectorXd FromUnit(const Eigen::VectorXd& point) const;
+  Eigen::VectorXd ToUnit(const Eigen::VectorXd& values) const;
+};
+
+/// A response with the value it should take.
+struct Target {
+  std::string response;  ///< "consolidation.void_ratio"
+  std::string unit;      ///< SI unit
+  double value = 0;      ///< SI
+  double sd = 0;         ///< SI, experimental standard deviation, > 0
+  int objective = 0;     ///< pareto: index of the objective it belongs to
+};
+
+/// What is to be minimised: joint: chi² = Σ ((response − value)²/sd²) over all targets; pareto: one
+/// such sum for each objective.
+struct Objectives {
+  enum class Kind { joint, pareto };
+  Kind kind = Kind::joint;
+  std::vector<Target> targets;
+};
+
+/// A point that the optimizer wants evaluated.
+struct Candidate {
+  std::int64_t id = 0;    ///< 0, 1, 2, … in the order of asking
+  Eigen::VectorXd point;  ///< in the unit box
+  std::string origin;     ///< for people: "initial design: corner 3", "composite_log_ei"
+};
+
+/// What came of a candidate. A candidate may be told again when more replicates are known; the
+/// later observation replaces the earlier one.
+struct Observation {
+  std::int64_t id = 0;
+  Eigen::VectorXd point;      ///< in the unit box
+  Eigen::VectorXd responses;  ///< in the order of Objectives::targets; NaN where one failed
+  Eigen::VectorXd variances;  ///< of those means, from seed scatter; 0: unknown or none
+  bool failed = false;        ///< no response at all; never turned into a number
+  std::string failure;        ///< reason, when failed
+};
+
+struct Status {
+  enum class Phase {
+    ready,     ///< Ask will give candidates
+    waiting,   ///< needs to be told of pending candidates first
+    finished,  ///< will ask no more; `message` says why
+  };
+  Phase phase = Phase::ready;
+  std::string message;
+};
+
+struct Capabilities {
+  bool noise = false;         ///< uses the variances
+  bool asynchronous = false;  ///< can be asked while candidates are pending
+  bool pareto = false;        ///< more than one objective
+  bool failures = false;      ///< learns where evaluations fail
+};
+
+/// Finds parameters by asking for evaluations and being told of their outcome.
+///
+/// Life cycle: Make → {Ask, Tell}* until status().phase == finished or the study's budget ends. The
+/// sequence of candidates is a function of the options, the seed and the sequence of calls alone,
+/// on which resuming by replay depends.
+class Optimizer {
+ public:
+  virtual ~Optimizer() = default;
+
+  /// At most `max_count` new candidates. Empty: waiting, or done; see status().
+  virtual std::vector<Candidate> Ask(int max_count) = 0;
+  /// Any order, partial batches, failures included; points that were never asked (from an earlier
+  /// run or the user's list) may be told with negative ids.
+  virtual void Tell(std::span<const Observation> observations) = 0;
+  virtual Status status() const = 0;
+  virtual Capabilities capabilities() const = 0;
+  /// "" if it can treat this problem, else the reason, with alternatives.
+  virtual std::string ExplainUnsupported(const SearchSpace& space,
+                                         const Objectives& objectives) const = 0;
+};
+
+/// An optimizer's own section of the study file. Created by name; holds the options; makes
+/// optimizers.
+class OptimizerFactory {
+ public:
+  virtual ~OptimizerFactory() = default;
+  virtual const std::string& name() const = 0;
+  virtual std::string Describe() const = 0;  ///< one line
+  virtual void Serialize(Archive& archive, const SearchSpace& space) = 0;
+  virtual std::unique_ptr<Optimizer> Make(const SearchSpace& space, const Objectives& objectives,
+                                          std::uint64_t seed) const = 0;
+};
+
+/// Names of all optimizers, sorted: bayesian, corners_and_centre, grid, latin_hypercube, list,
+/// random, sobol. The designs are optimizers of their own: they ask for their points and are done.
+std::span<const std::string> OptimizerNames();
+/// Throws InputError for an unknown name.
+std::unique_ptr<OptimizerFactory> MakeOptimizerFactory(const std::string& name);
+
+/// chi² of responses against targets with variance sd² + variance of the mean (responses with NaN
+/// do not count). objective < 0: all targets.
+double ChiSquared(const Objectives& objectives, const Eigen::VectorXd& responses,
+                  const Eigen::VectorXd& variances, int objective = -1);
+
+}  // namespace powdercal
