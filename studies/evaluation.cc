@@ -1,0 +1,90 @@
+#include "studies/evaluation.h"
+
+#include <cmath>
+#include <limits>
+
+namespace powdercal {
+
+ReducedResponses Reduce(const Objectives& objectives, const std::vector<const LedgerRun*>& runs) {
+  const auto count = static_cast<Eigen::Index>(objectives.targets.size());
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  ReducedResponses reduced{Eigen::VectorXd::Constant(count, kNan),
+                           Eigen::VectorXd::Constant(count, kNan), Eigen::VectorXi::Zero(count)};
+  for (Eigen::Index t = 0; t < count; ++t) {
+    const std::string& name = objectives.targets[static_cast<std::size_t>(t)].response;
+    std::vector<double> values;
+    for (const LedgerRun* run : runs) {
+      const std::string prefix = run->experiment + ".";
+      if (!run->outcome.ok() || !name.starts_with(prefix)) continue;
+      const auto found = run->measurement.responses.find(name.substr(prefix.size()));
+      if (found != run->measurement.responses.end()) values.push_back(found->second.value);
+    }
+    if (values.empty()) continue;
+    const Eigen::Map<const Eigen::ArrayXd> array(values.data(),
+                                                 static_cast<Eigen::Index>(values.size()));
+    reduced.means[t] = array.mean();
+    reduced.counts[t] = static_cast<int>(values.size());
+    if (values.size() > 1) {
+      reduced.sample_variances[t] =
+          (array - array.mean()).square().sum() / static_cast<double>(values.size() - 1);
+    }
+  }
+  return reduced;
+}
+
+Eigen::VectorXd PooledSeedVariance(const std::vector<ReducedResponses>& points, int target_count) {
+  Eigen::VectorXd pooled = Eigen::VectorXd::Zero(target_count);
+  for (Eigen::Index t = 0; t < target_count; ++t) {
+    double sum = 0;
+    int freedom = 0;
+    for (const ReducedResponses& point : points) {
+      if (point.counts[t] < 2) continue;
+      sum += (point.counts[t] - 1) * point.sample_variances[t];
+      freedom += point.counts[t] - 1;
+    }
+    if (freedom > 0) pooled[t] = sum / freedom;
+  }
+  return pooled;
+}
+
+Eigen::VectorXd VarianceOfMeans(const ReducedResponses& point, const Eigen::VectorXd& pooled) {
+  Eigen::VectorXd variances = Eigen::VectorXd::Zero(pooled.size());
+  for (Eigen::Index t = 0; t < pooled.size(); ++t) {
+    if (point.counts[t] > 0) variances[t] = pooled[t] / point.counts[t];
+  }
+  return variances;
+}
+
+double ExpectedMisfit(const Objectives& objectives, const ReducedResponses& point,
+                      const Eigen::VectorXd& pooled) {
+  if (!point.complete()) return std::numeric_limits<double>::infinity();
+  const Eigen::VectorXd variances = VarianceOfMeans(point, pooled);
+  double sum = 0;
+  for (Eigen::Index t = 0; t < point.means.size(); ++t) {
+    const Target& target = objectives.targets[static_cast<std::size_t>(t)];
+    const double deviation = point.means[t] - target.value;
+    sum += (deviation * deviation + variances[t]) / (target.sd * target.sd);
+  }
+  return sum;
+}
+
+bool WithinTolerance(const Study& study, const ReducedResponses& point) {
+  bool any = false;
+  const auto observations = study.Observations();
+  for (std::size_t t = 0; t < observations.size(); ++t) {
+    if (!observations[t]->tolerance) continue;
+    any = true;
+    const double mean = point.means[static_cast<Eigen::Index>(t)];
+    if (!(std::abs(mean - observations[t]->value) < *observations[t]->tolerance)) return false;
+  }
+  return any;
+}
+
+Outcome FailureOf(const std::vector<const LedgerRun*>& runs) {
+  for (const LedgerRun* run : runs) {
+    if (!run->outcome.ok()) return run->outcome;
+  }
+  return {};
+}
+
+}  // namespace powdercal

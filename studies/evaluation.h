@@ -1,0 +1,44 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "optimizers/optimizer.h"
+#include "studies/ledger.h"
+#include "studies/study.h"
+
+namespace powdercal {
+
+/// The runs of one parameter point, reduced to one value per target.
+struct ReducedResponses {
+  Eigen::VectorXd means;  ///< in the order of the targets; NaN where every replicate failed
+  Eigen::VectorXd sample_variances;  ///< between replicates; NaN with fewer than two
+  Eigen::VectorXi counts;            ///< replicates with a value
+  bool failed() const { return (counts.array() == 0).all(); }
+  bool complete() const { return (counts.array() > 0).all(); }
+};
+
+/// Runs of any experiment and replicate, in any order; failed ones included.
+ReducedResponses Reduce(const Objectives& objectives, const std::vector<const LedgerRun*>& runs);
+
+/// Seed variance of single runs for each target, pooled over all points with at least two
+/// replicates (scatter between seeds varies little over the box, and two or three seeds alone say
+/// little of it): s² = Σ (n_i − 1) s_i² / Σ (n_i − 1). 0 where nothing is known.
+Eigen::VectorXd PooledSeedVariance(const std::vector<ReducedResponses>& points, int target_count);
+
+/// Variances of the means: pooled / n; 0 where unknown.
+Eigen::VectorXd VarianceOfMeans(const ReducedResponses& point, const Eigen::VectorXd& pooled);
+
+/// What points are ranked by: Σ ((mean − target)² + variance of the mean)/sd², the expected squared
+/// misfit of the true response. Unlike chi², it does not reward a point for being poorly known.
+/// Infinite unless the point is complete.
+double ExpectedMisfit(const Objectives& objectives, const ReducedResponses& point,
+                      const Eigen::VectorXd& pooled);
+
+/// Whether every target that has a tolerance is met by the means, and at least one has.
+bool WithinTolerance(const Study& study, const ReducedResponses& point);
+
+/// Reason and message of the first failed run, for a point with no value at all.
+Outcome FailureOf(const std::vector<const LedgerRun*>& runs);
+
+}  // namespace powdercal

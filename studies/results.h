@@ -1,0 +1,103 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "optimizers/optimizer.h"
+#include "scaling/groups.h"
+
+namespace powdercal {
+
+/// A target with what was simulated for it. SI units.
+struct ResponseResult {
+  std::string name;  ///< "consolidation.void_ratio"
+  std::string unit;
+  std::optional<double> simulated;  ///< mean over the replicates; empty when all failed
+  double seed_sd = 0;               ///< standard deviation between replicates; 0: fewer than two
+  int replicates = 0;               ///< how many gave a value
+  double observed = 0;
+  double sd = 0;  ///< of the observation
+  std::optional<double> tolerance;
+  std::string source;
+};
+
+/// One simulation.
+struct RunResult {
+  std::int64_t id = 0;
+  std::string experiment;
+  int replicate = 0;
+  std::uint64_t seed = 0;  ///< of the particles
+  std::string program_hash;
+  std::string reason;  ///< reason code, "ok"
+  std::string message;
+  double wall_seconds = 0;
+  std::map<std::string, double> responses;    ///< SI
+  std::map<std::string, double> diagnostics;  ///< SI
+  std::string law;                            ///< as run
+};
+
+/// One parameter point, in the order of asking.
+struct EvaluationResult {
+  std::int64_t id = 0;
+  std::map<std::string, double> parameters;  ///< SI
+  std::string origin;                        ///< "initial design: corner 3"
+  std::string outcome;                       ///< "ok", or the reason code of its failure
+  std::string message;
+  std::vector<ResponseResult> responses;  ///< in the order of the targets
+  std::optional<double> chi2;             ///< empty when failed
+  std::optional<double> best_chi2;  ///< chi2 of the best point so far (ranked by expected misfit)
+  std::vector<RunResult> runs;
+};
+
+/// Pi groups of one experiment of the study.
+struct ScalingTable {
+  std::string experiment;
+  std::vector<GroupComparison> groups;  ///< with the best point's parameters
+};
+
+/// All that is known of a study, from its ledger. reports/ turns this into files.
+struct StudyResults {
+  std::string study;
+  std::string description;
+  std::string powder;
+  std::string fingerprint;
+  std::string program_version;  ///< of powdercal
+  std::uint64_t seed = 0;
+
+  std::vector<Parameter> parameters;
+  std::string optimizer;
+  std::string optimizer_description;
+  std::string backend;
+  std::string backend_version;
+  bool simulated = true;  ///< false: the table backend; no simulation was run
+  std::string fidelity;
+  int replicates = 1;
+  std::string law;         ///< canonical contact law
+  std::string law_as_run;  ///< in the backend's terms
+  std::string scaling;
+  std::string scaling_description;
+  std::string study_yaml;  ///< resolved
+
+  std::string state;        ///< "finished", "interrupted", "running"
+  std::string stop_reason;  ///< "tolerance reached", "budget of 40 evaluations used", …
+  bool converged = false;   ///< every response with a tolerance is within it at the best point
+  std::vector<std::string> warnings;
+
+  int total = 0;  ///< evaluations asked for and ended
+  int ok = 0;
+  int failed = 0;
+  int cached = 0;                   ///< evaluations served from the ledger without a new run
+  std::optional<std::size_t> best;  ///< index into history
+  std::vector<std::size_t> pareto;  ///< indices into history; empty for the joint objective
+  std::vector<EvaluationResult> history;
+  std::vector<ScalingTable> scaling_tables;
+
+  double wall_seconds = 0;        ///< of the study, over all its sessions
+  double simulation_seconds = 0;  ///< sum over the simulators' processes
+  double overhead_seconds = 0;    ///< work that was not inside a simulator, over all threads
+  int parallel = 1;
+};
+
+}  // namespace powdercal

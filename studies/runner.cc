@@ -1,0 +1,401 @@
+#include "studies/runner.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/version.h"
+
+namespace powdercal {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double Seconds(Clock::duration duration) { return std::chrono::duration<double>(duration).count(); }
+
+constexpr auto kTick = std::chrono::milliseconds(250);
+
+}  // namespace
+
+StudyRunner::StudyRunner(Study& study, Options options)
+    : study_(study),
+      options_(std::move(options)),
+      objectives_(study.MakeObjectives()),
+      planner_(study),
+      optimizer_(study.optimizer->Make(study.space, objectives_, study.seed)) {
+  start_ = Clock::now();
+  const Availability& availability = planner_.availability();
+  if (!availability.available) {
+    throw InputError(fmt::format("backend '{}' is not available: {}", study.backend.backend->name(),
+                                 availability.why_not));
+  }
+  if (const std::string reason = planner_.ExplainUnsupported(); !reason.empty()) {
+    throw InputError(reason, {.location = {study.file}});
+  }
+  directory_ = std::make_unique<RunDirectory>(options_.folder, study.Fingerprint(), study.ToYaml(),
+                                              study.base_folder);
+  ledger_ = std::make_unique<Ledger>(directory_->ledger(), Ledger::Mode::read_write);
+  ledger_->SetMeta("powdercal_version", kVersion);
+  ledger_->SetMeta("backend_version", availability.version);
+  earlier_ = ledger_->TotalTimes();
+  Replay();
+}
+
+StudyRunner::~StudyRunner() = default;
+
+StudyRunner::End StudyRunner::Run() {
+  session_ = ledger_->StartSession();
+  ledger_->SetMeta("state", "running");
+  executor_ = std::make_unique<LocalExecutor>(study_.parallel());
+  if (!study_.budget.deterministic) TellWhatIsReady();
+  for (;;) {
+    if (options_.stop.stop_requested() && !interrupted_) {
+      interrupted_ = true;
+      queue_.clear();
+      executor_->Cancel();
+    }
+    if (!interrupted_) AskAndSubmit();
+    if (in_flight_.empty() && (interrupted_ || queue_.empty())) break;
+    const auto before = Clock::now();
+    const auto finished = executor_->Wait(kTick);
+    waiting_seconds_ += Seconds(Clock::now() - before);
+    if (finished) Collect(*finished);
+    if (options_.listener != nullptr) options_.listener->OnTick(CurrentProgress());
+  }
+  if (stop_reason_.empty()) stop_reason_ = "the optimizer has no more points";
+  SaveTimes(true);
+  ledger_->SetMeta("state", interrupted_ ? "interrupted" : "finished");
+  ledger_->SetMeta("stop_reason", interrupted_ ? "interrupted" : stop_reason_);
+  return interrupted_ ? End::interrupted : End::finished;
+}
+
+void StudyRunner::Replay() {
+  for (LedgerRun& run : ledger_->Runs()) runs_.emplace(run.id, std::move(run));
+  std::map<std::int64_t, LedgerCandidate> stored;
+  for (LedgerCandidate& entry : ledger_->Candidates()) {
+    stored.emplace(entry.candidate.id, std::move(entry));
+  }
+  for (const LedgerEvent& event : ledger_->Events()) {
+    if (event.kind == LedgerEvent::Kind::tell) {
+      Point& point = points_.at(event.observation->id);
+      optimizer_->Tell(std::span(&*event.observation, 1));
+      AddReplicates(point, event.replicates);
+      if (point.told_replicates == 0) {
+        ++told_;
+        if (event.observation->failed) ++failed_;
+      }
+      point.told_replicates = event.replicates;
+      point.told = Reduce(objectives_, RunsOf(point, event.replicates));
+      std::erase(awaiting_tell_, event.observation->id);
+      Decide();
+      continue;
+    }
+    const std::vector<Candidate> again = optimizer_->Ask(event.max_count);
+    const bool same =
+        again.size() == event.candidates.size() &&
+        std::equal(again.begin(), again.end(), event.candidates.begin(),
+                   [&](const Candidate& candidate, std::int64_t id) {
+                     return candidate.id == id && candidate.point == stored.at(id).candidate.point;
+                   });
+    if (!same) {
+      throw InputError(
+          "the optimizer no longer asks for the points that the ledger holds (another version of "
+          "the program?); start anew with another --out",
+          {.location = {directory_->ledger().string()}});
+    }
+    for (const std::int64_t id : event.candidates) Register(stored.at(id));
+  }
+  if (!points_.empty() && options_.listener != nullptr) options_.listener->OnResume(told_);
+}
+
+void StudyRunner::Register(const LedgerCandidate& candidate) {
+  Point& point = points_[candidate.candidate.id];
+  point.entry = candidate;
+  ++asked_;
+  awaiting_tell_.push_back(candidate.candidate.id);
+  AddReplicates(point, study_.backend.replicates);
+}
+
+// Plans the replicates up to `count`; those that the ledger holds are served from it.
+void StudyRunner::AddReplicates(Point& point, int count) {
+  const std::int64_t id = point.entry.candidate.id;
+  for (; point.replicates < count; ++point.replicates) {
+    for (PlannedRun& planned : planner_.Plan(point.entry.parameters, point.replicates)) {
+      Point::Slot slot{.replicate = planned.replicate, .key = planned.key};
+      if (const auto known = ledger_->FindRun(planned.key)) {
+        slot.run = known->id;
+        runs_.insert_or_assign(known->id, *known);
+        ledger_->AttachRun(known->id, id, planned.replicate);
+      } else {
+        queue_.push_back({id, std::move(planned)});
+      }
+      point.slots.push_back(std::move(slot));
+    }
+  }
+}
+
+bool StudyRunner::MayAsk() const {
+  if (!stop_reason_.empty() || asked_ >= study_.budget.evaluations) return false;
+  if (optimizer_->status().phase != Status::Phase::ready) return false;
+  if (!study_.budget.deterministic) return true;
+  const int runs_per_point =
+      study_.backend.replicates * static_cast<int>(study_.experiments.size());
+  const int window = (study_.parallel() + runs_per_point - 1) / runs_per_point;
+  return static_cast<int>(awaiting_tell_.size()) < window;
+}
+
+bool StudyRunner::Ask() {
+  const std::vector<Candidate> candidates = optimizer_->Ask(1);
+  if (candidates.empty()) return false;
+  std::vector<LedgerCandidate> entries;
+  for (const Candidate& candidate : candidates) {
+    LedgerCandidate entry{.candidate = candidate};
+    for (const double value : study_.space.FromUnit(candidate.point)) {
+      entry.parameters.push_back(value);
+    }
+    entries.push_back(std::move(entry));
+  }
+  ledger_->AddAsk(1, entries);
+  for (const LedgerCandidate& entry : entries) {
+    Register(entry);
+    const Point& point = points_.at(entry.candidate.id);
+    const auto cached = std::count_if(point.slots.begin(), point.slots.end(),
+                                      [](const Point::Slot& slot) { return slot.run.has_value(); });
+    if (cached > 0) ledger_->SetCachedRuns(entry.candidate.id, static_cast<int>(cached));
+  }
+  return true;
+}
+
+// Keeps every slot of the executor busy.
+void StudyRunner::AskAndSubmit() {
+  if (stop_reason_.empty() && study_.budget.wall_time && Elapsed() > *study_.budget.wall_time) {
+    stop_reason_ = fmt::format("wall time of {:g} s used", *study_.budget.wall_time);
+    queue_.clear();  // what is in flight may end, and counts
+  }
+  if (study_.budget.deterministic) {
+    ConverseInOrder();
+    while (Submit()) {
+    }
+  } else {
+    while (Submit() || (HasFreeSlot() && MayAsk() && Ask())) {
+      TellWhatIsReady();  // the ledger may have held all runs of what was asked
+    }
+  }
+  if (in_flight_.empty() && queue_.empty()) Decide();
+  while (Submit()) {
+  }
+}
+
+bool StudyRunner::HasFreeSlot() const {
+  return static_cast<int>(in_flight_.size()) < executor_->capacity();
+}
+
+bool StudyRunner::Submit() {
+  if (queue_.empty() || !HasFreeSlot()) return false;
+  Job job = std::move(queue_.front());
+  queue_.pop_front();
+  // Two points with equal parameters share their runs.
+  if (IsDone(job.run.key) || IsInFlight(job.run.key)) return true;
+  const std::int64_t ticket = next_ticket_++;
+  RunContext context{
+      .work_folder = directory_->work_folder(
+          fmt::format("{:04}-{}-{}", job.candidate, job.run.program.experiment, job.run.replicate)),
+      .keep_files = study_.budget.keep_files};
+  if (study_.budget.run_timeout) {
+    context.time_limit = std::chrono::duration<double>(*study_.budget.run_timeout);
+  }
+  executor_->Submit(ticket, [this, run = job.run, context](std::stop_token stop) mutable {
+    context.stop = std::move(stop);
+    return planner_.Execute(run, context);
+  });
+  in_flight_.emplace(ticket, std::move(job));
+  return true;
+}
+
+void StudyRunner::Collect(const Executor::Finished& finished) {
+  const Job job = std::move(in_flight_.extract(finished.ticket).mapped());
+  LedgerRun run = finished.run;
+  outside_simulator_ += run.total_seconds - run.diagnostics.wall_seconds;
+  if (run.outcome.reason == Reason::cancelled) return;  // not a result: planned again on resuming
+  run.id = ledger_->AddRun(run, job.candidate, job.run.replicate);
+  runs_.insert_or_assign(run.id, run);
+  for (auto& [id, point] : points_) {
+    for (Point::Slot& slot : point.slots) {
+      if (slot.key != run.key) continue;
+      slot.run = run.id;
+      ledger_->AttachRun(run.id, id, slot.replicate);
+    }
+  }
+  if (options_.listener != nullptr) options_.listener->OnRun(run, CurrentProgress());
+  if (!study_.budget.deterministic) TellWhatIsReady();  // else in order, when asking
+  SaveTimes(false);
+}
+
+bool StudyRunner::IsReady(const Point& point) const {
+  return std::all_of(point.slots.begin(), point.slots.end(),
+                     [](const Point::Slot& slot) { return slot.run.has_value(); });
+}
+
+void StudyRunner::TellWhatIsReady() {
+  for (std::size_t i = 0; i < awaiting_tell_.size() && !interrupted_ && !complete_;) {
+    Point& point = points_.at(awaiting_tell_[i]);
+    if (IsReady(point)) {
+      awaiting_tell_.erase(awaiting_tell_.begin() + static_cast<std::ptrdiff_t>(i));
+      Tell(point);
+    } else {
+      ++i;
+    }
+  }
+}
+
+// In deterministic mode the conversation with the optimizer must not depend on what happens to have
+// finished: a fixed number of points is outstanding whenever the oldest of them is told.
+void StudyRunner::ConverseInOrder() {
+  while (!interrupted_ && !complete_) {
+    while (MayAsk() && Ask()) {
+    }
+    if (awaiting_tell_.empty() || !IsReady(points_.at(awaiting_tell_.front()))) return;
+    Point& point = points_.at(awaiting_tell_.front());
+    awaiting_tell_.pop_front();
+    Tell(point);
+  }
+}
+
+void StudyRunner::Tell(Point& point) {
+  const auto runs = RunsOf(point, point.replicates);
+  const bool first = point.told_replicates == 0;
+  point.told = Reduce(objectives_, runs);
+  point.told_replicates = point.replicates;
+  const Outcome failure = point.told.failed() ? FailureOf(runs) : Outcome{};
+  const Observation observation{.id = point.entry.candidate.id,
+                                .point = point.entry.candidate.point,
+                                .responses = point.told.means,
+                                .variances = VarianceOfMeans(point.told, Pooled()),
+                                .failed = point.told.failed(),
+                                .failure = point.told.failed() ? ToString(failure.reason) : ""};
+  ledger_->AddTell(observation, point.replicates);
+  optimizer_->Tell(std::span(&observation, 1));
+  if (first) {
+    ++told_;
+    if (observation.failed) ++failed_;
+  }
+  if (options_.listener != nullptr) {
+    options_.listener->OnEvaluation(point.entry, point.told, failure, CurrentProgress());
+  }
+  Decide();
+}
+
+// After each tell: is the best point good enough to be confirmed, or the study at its end? A
+// function of what has been told and asked alone, so that replaying the ledger decides alike.
+void StudyRunner::Decide() {
+  if (!stop_reason_.empty()) return;
+  Point* best = Incumbent();
+  const bool promising = best != nullptr && WithinTolerance(study_, best->told);
+  const bool confirmed =
+      best != nullptr && best->told_replicates >= study_.backend.confirm_replicates;
+  if (promising && confirmed) {
+    stop_reason_ = "every tolerance reached";
+    complete_ = true;
+    queue_.clear();
+    if (executor_) executor_->Cancel();
+    return;
+  }
+  const Status status = optimizer_->status();
+  const bool budget_used = asked_ >= study_.budget.evaluations;
+  const bool exhausted = budget_used || status.phase == Status::Phase::finished;
+  const bool idle = awaiting_tell_.empty();
+  if (best != nullptr && !confirmed && (promising || (exhausted && idle))) {
+    if (best->replicates >= study_.backend.confirm_replicates) return;  // already on its way
+    AddReplicates(*best, study_.backend.confirm_replicates);
+    awaiting_tell_.push_back(best->entry.candidate.id);
+    return;
+  }
+  if (!idle) return;
+  if (budget_used) {
+    stop_reason_ = fmt::format("budget of {} evaluations used", study_.budget.evaluations);
+  } else if (status.phase != Status::Phase::ready) {
+    stop_reason_ =
+        "the optimizer has finished" + (status.message.empty() ? "" : ": " + status.message);
+  }
+}
+
+bool StudyRunner::IsDone(const std::string& key) const {
+  return std::any_of(runs_.begin(), runs_.end(),
+                     [&](const auto& entry) { return entry.second.key == key; });
+}
+
+bool StudyRunner::IsInFlight(const std::string& key) const {
+  return std::any_of(in_flight_.begin(), in_flight_.end(),
+                     [&](const auto& entry) { return entry.second.run.key == key; });
+}
+
+StudyRunner::Point* StudyRunner::Incumbent() {
+  const Eigen::VectorXd pooled = Pooled();
+  Point* best = nullptr;
+  double lowest = std::numeric_limits<double>::infinity();
+  for (auto& [id, point] : points_) {
+    if (point.told_replicates == 0) continue;
+    const double misfit = ExpectedMisfit(objectives_, point.told, pooled);
+    if (misfit < lowest) {
+      lowest = misfit;
+      best = &point;
+    }
+  }
+  return best;
+}
+
+std::vector<const LedgerRun*> StudyRunner::RunsOf(const Point& point, int replicates) const {
+  std::vector<const LedgerRun*> runs;
+  for (const Point::Slot& slot : point.slots) {
+    if (slot.run && slot.replicate < replicates) runs.push_back(&runs_.at(*slot.run));
+  }
+  return runs;
+}
+
+Eigen::VectorXd StudyRunner::Pooled() const {
+  std::vector<ReducedResponses> told;
+  for (const auto& [id, point] : points_) {
+    if (point.told_replicates > 0) told.push_back(point.told);
+  }
+  return PooledSeedVariance(told, static_cast<int>(objectives_.targets.size()));
+}
+
+double StudyRunner::Elapsed() const { return earlier_.wall + Seconds(Clock::now() - start_); }
+
+Progress StudyRunner::CurrentProgress() {
+  Progress progress{.done = told_,
+                    .budget = study_.budget.evaluations,
+                    .failed = failed_,
+                    .running = static_cast<int>(in_flight_.size()),
+                    .elapsed_seconds = Elapsed()};
+  if (const Point* best = Incumbent()) {
+    progress.best = best->entry.candidate.id;
+    progress.best_parameters = best->entry.parameters;
+    progress.best_responses = best->told;
+  }
+  if (!runs_.empty()) {
+    double seconds = 0;
+    for (const auto& [id, run] : runs_) seconds += run.total_seconds;
+    const int points = std::max(0, study_.budget.evaluations - told_);
+    const int confirm = study_.backend.confirm_replicates - study_.backend.replicates;
+    const double per_experiment_set = seconds / static_cast<double>(runs_.size()) *
+                                      static_cast<double>(study_.experiments.size());
+    progress.seconds_left =
+        per_experiment_set * (points * study_.backend.replicates + confirm) / study_.parallel();
+    if (study_.budget.wall_time) {
+      progress.seconds_left =
+          std::min(*progress.seconds_left, std::max(0.0, *study_.budget.wall_time - Elapsed()));
+    }
+  }
+  return progress;
+}
+
+void StudyRunner::SaveTimes(bool now) {
+  if (!now && Clock::now() - saved_ < std::chrono::seconds(1)) return;
+  saved_ = Clock::now();
+  const double wall = Seconds(Clock::now() - start_);
+  ledger_->UpdateSession(session_, {wall, wall - waiting_seconds_ + outside_simulator_});
+}
+
+}  // namespace powdercal

@@ -1,0 +1,147 @@
+#pragma once
+
+#include <chrono>
+#include <deque>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "studies/evaluation.h"
+#include "studies/executor.h"
+#include "studies/ledger.h"
+#include "studies/planner.h"
+#include "studies/results.h"
+#include "studies/run_directory.h"
+#include "studies/study.h"
+
+namespace powdercal {
+
+/// Where a study stands, for whoever watches it.
+struct Progress {
+  int done = 0;  ///< evaluations told to the optimizer
+  int budget = 0;
+  int failed = 0;
+  int running = 0;                      ///< simulations in flight
+  std::optional<std::int64_t> best;     ///< candidate
+  std::vector<double> best_parameters;  ///< SI
+  ReducedResponses best_responses;
+  double elapsed_seconds = 0;          ///< of the study, over all its sessions
+  std::optional<double> seconds_left;  ///< estimate from the runs so far
+};
+
+class ProgressListener {
+ public:
+  virtual ~ProgressListener() = default;
+  virtual void OnResume(int /*evaluations*/) {}
+  /// A simulation has ended.
+  virtual void OnRun(const LedgerRun&, const Progress&) {}
+  /// A parameter point has all its runs.
+  virtual void OnEvaluation(const LedgerCandidate&, const ReducedResponses&, const Outcome&,
+                            const Progress&) {}
+  /// About four times a second.
+  virtual void OnTick(const Progress&) {}
+};
+
+/// Runs a study in its folder, from wherever an earlier process left it.
+///
+///   open folder → replay the ledger's events → { ask, plan, submit | collect, commit, tell }* →
+///   done
+///
+/// A run is in the ledger before the optimizer hears of it. A point is told when all its replicates
+/// are known, and again when further replicates are added to confirm it: the best point gets
+/// `confirm_replicates` before the study ends.
+class StudyRunner {
+ public:
+  struct Options {
+    std::filesystem::path folder;
+    std::stop_token stop;                  ///< a request ends the study, resumable
+    ProgressListener* listener = nullptr;  ///< not owned; may be null
+  };
+
+  /// Opens the folder. Throws InputError before anything is written if the study cannot run here.
+  StudyRunner(Study& study, Options options);
+  ~StudyRunner();
+
+  enum class End { finished, interrupted };
+  End Run();
+
+ private:
+  // A parameter point and its runs.
+  struct Point {
+    struct Slot {
+      int replicate = 0;
+      std::string key;
+      std::optional<std::int64_t> run;  // id in the ledger; empty while queued or in flight
+    };
+    LedgerCandidate entry;
+    std::vector<Slot> slots;
+    int replicates = 0;       // planned
+    int told_replicates = 0;  // 0: not told yet
+    ReducedResponses told;    // as of the last tell
+  };
+  struct Job {
+    std::int64_t candidate = 0;
+    PlannedRun run;
+  };
+
+  void Replay();
+  void Register(const LedgerCandidate& candidate);
+  void AddReplicates(Point& point, int count);
+  void AskAndSubmit();
+  bool MayAsk() const;
+  bool Ask();
+  bool HasFreeSlot() const;
+  bool Submit();
+  void Collect(const Executor::Finished& finished);
+  bool IsReady(const Point& point) const;
+  void TellWhatIsReady();
+  void ConverseInOrder();
+  void Tell(Point& point);
+  void Decide();
+  bool IsDone(const std::string& key) const;
+  bool IsInFlight(const std::string& key) const;
+  Point* Incumbent();
+  std::vector<const LedgerRun*> RunsOf(const Point& point, int replicates) const;
+  Eigen::VectorXd Pooled() const;
+  double Elapsed() const;
+  Progress CurrentProgress();
+  void SaveTimes(bool now);
+
+  Study& study_;
+  Options options_;
+  Objectives objectives_;
+  Planner planner_;
+  std::unique_ptr<RunDirectory> directory_;
+  std::unique_ptr<Ledger> ledger_;
+  std::unique_ptr<Optimizer> optimizer_;
+  std::unique_ptr<Executor> executor_;
+
+  std::map<std::int64_t, Point> points_;    // by candidate id
+  std::deque<std::int64_t> awaiting_tell_;  // in asking order
+  std::deque<Job> queue_;                   // planned, not yet submitted
+  std::map<std::int64_t, Job> in_flight_;   // by ticket
+  std::map<std::int64_t, LedgerRun> runs_;  // by run id
+  std::int64_t next_ticket_ = 0;
+  int asked_ = 0;
+  int told_ = 0;
+  int failed_ = 0;
+  std::string stop_reason_;  // no more asking once this is set
+  bool complete_ = false;    // the result is settled: no more telling either
+  bool interrupted_ = false;
+
+  std::int64_t session_ = 0;
+  Ledger::Times earlier_;  // of earlier sessions
+  std::chrono::steady_clock::time_point start_;
+  std::chrono::steady_clock::time_point saved_;
+  double waiting_seconds_ = 0;    // blocked while simulators run
+  double outside_simulator_ = 0;  // of the runs: planning, files, measuring
+};
+
+/// Everything that is known of a study, from its ledger.
+StudyResults CollectResults(Study& study, const Ledger& ledger);
+
+}  // namespace powdercal

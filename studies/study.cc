@@ -1,0 +1,345 @@
+#include "studies/study.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <thread>
+
+#include "backends/registry.h"
+#include "core/files.h"
+#include "core/hash.h"
+#include "core/quantity.h"
+
+namespace powdercal {
+namespace {
+
+std::vector<std::string> FreeParameterNames() {
+  std::vector<std::string> names;
+  for (const FreeParameter& parameter : FreeParameters()) names.push_back(parameter.name);
+  return names;
+}
+
+// `range` holds bare numbers in `unit`, which may be left out for pure numbers only.
+void SerializeParameter(Archive& archive, Parameter& parameter, const FreeParameter& known) {
+  if (archive.reading()) {
+    parameter = {.name = known.name, .symbol = known.symbol, .unit = known.unit};
+  }
+  archive.Text("symbol", parameter.symbol);
+  std::string unit_text = known.unit;
+  if (archive.reading() && known.unit != "1" && !archive.Has("unit")) {
+    throw archive.ErrorAt("unit",
+                          fmt::format("missing unit of the range; expected a {} (such as {})",
+                                      Unit::Parse(known.unit).dimension().Name(), known.unit));
+  }
+  archive.Text("unit", unit_text);
+  Unit unit;
+  try {
+    unit = Unit::Parse(unit_text);
+    ParseQuantity("1 " + unit_text, known.unit);
+  } catch (const InputError& error) {
+    throw archive.ErrorAt("unit", error.problem());
+  }
+  archive.Require("range");
+  archive.Interval("range", parameter.lower, parameter.upper);
+  std::string scale = parameter.logarithmic ? "log" : "linear";
+  static const std::vector<std::string> kScales = {"linear", "log"};
+  archive.Choice("scale", scale, "scale", kScales);
+  if (!archive.reading()) return;
+  parameter.lower *= unit.to_si();
+  parameter.upper *= unit.to_si();
+  parameter.logarithmic = scale == "log";
+  if (parameter.lower < 0) throw archive.ErrorAt("range", "the lower bound is negative");
+  if (parameter.logarithmic && parameter.lower <= 0) {
+    throw archive.ErrorAt("range", "a log scale needs a lower bound above zero");
+  }
+  if (known.name == "restitution" && (parameter.lower <= 0 || parameter.upper > 1)) {
+    throw archive.ErrorAt("range", "a restitution lies in (0, 1]");
+  }
+}
+
+void SerializeParameters(Archive& archive, SearchSpace& space) {
+  archive.Require("parameters");
+  std::vector<std::string> keys;
+  for (const Parameter& parameter : space.parameters) keys.push_back(parameter.name);
+  std::size_t index = 0;
+  archive.Map("parameters", keys, [&](const std::string& name, Archive& section) {
+    const auto known = std::find_if(FreeParameters().begin(), FreeParameters().end(),
+                                    [&](const FreeParameter& p) { return p.name == name; });
+    if (known == FreeParameters().end()) {
+      throw UnknownName("parameter", name, FreeParameterNames(),
+                        {.location = section.LocationOf("")});
+    }
+    if (section.reading()) space.parameters.emplace_back();
+    SerializeParameter(section, space.parameters[index++], *known);
+  });
+  if (space.parameters.empty()) {
+    throw archive.ErrorAt("parameters", "a study needs at least one parameter to find");
+  }
+}
+
+void SerializeObserved(Archive& archive, StudyExperiment& entry) {
+  const std::span<const ResponseDescription> known = entry.experiment->responses();
+  std::vector<std::string> names;
+  for (const ResponseDescription& response : known) names.push_back(response.name);
+  std::vector<std::string> keys;
+  for (const ObservedResponse& observed : entry.observed) keys.push_back(observed.response);
+  std::size_t index = 0;
+  archive.Map("observed", keys, [&](const std::string& name, Archive& section) {
+    const auto found = std::find(names.begin(), names.end(), name);
+    if (found == names.end()) {
+      throw UnknownName(entry.experiment->name() + " response", name, names,
+                        {.location = section.LocationOf("")});
+    }
+    const std::string& unit = known[static_cast<std::size_t>(found - names.begin())].unit;
+    if (section.reading()) entry.observed.emplace_back();
+    ObservedResponse& observed = entry.observed[index++];
+    observed.response = name;
+    section.Require("value");
+    section.Quantity("value", observed.value, unit);
+    section.Require("sd");
+    section.Quantity("sd", observed.sd, unit, kPositive);
+    section.Quantity("tolerance", observed.tolerance, unit, kPositive);
+    section.Text("source", observed.source);
+  });
+}
+
+void SerializeExperiments(Archive& archive, std::vector<StudyExperiment>& experiments) {
+  archive.Require("experiments");
+  std::size_t index = 0;
+  archive.List("experiments", experiments.size(), [&](Archive& item) {
+    std::string name = item.reading() ? "" : experiments[index].experiment->name();
+    item.Tagged(name, [&](const std::string& tag, Archive& section) {
+      if (section.reading()) {
+        StudyExperiment entry;
+        try {
+          entry.experiment = MakeExperiment(tag);
+        } catch (const InputError&) {
+          throw UnknownName("experiment", tag, ExperimentNames(),
+                            {.location = item.LocationOf(tag), .key = "experiments"});
+        }
+        for (const StudyExperiment& other : experiments) {
+          if (other.experiment->name() == tag) {
+            throw item.ErrorAt(tag, fmt::format("experiment '{}' is listed twice", tag));
+          }
+        }
+        experiments.push_back(std::move(entry));
+      }
+      StudyExperiment& entry = experiments[index++];
+      entry.experiment->Serialize(section);
+      SerializeObserved(section, entry);
+    });
+  });
+  if (experiments.empty()) {
+    throw archive.ErrorAt("experiments", "a study needs at least one experiment");
+  }
+}
+
+void SerializeBackend(Archive& archive, BackendSpecification& backend) {
+  archive.Section(
+      "backend",
+      [&](Archive& section) {
+        section.Require("name");
+        std::string name = backend.backend ? backend.backend->name() : BackendNames().front();
+        section.Choice("name", name, "backend", BackendNames());
+        if (section.reading()) backend.backend = MakeBackend(name);
+        section.Enumeration("fidelity", backend.fidelity, "fidelity", FidelityNames());
+        if (backend.backend->simulates()) {
+          section.Integer("replicates", backend.replicates, {.lower = 1, .upper = 1000});
+          if (section.reading()) {
+            backend.confirm_replicates = std::max(backend.confirm_replicates, backend.replicates);
+          }
+          section.Integer("confirm_replicates", backend.confirm_replicates,
+                          {.lower = static_cast<double>(backend.replicates), .upper = 1000});
+        } else {
+          backend.replicates = backend.confirm_replicates = 1;  // nothing depends on particle seeds
+        }
+        backend.backend->Serialize(section);
+      },
+      "name");
+}
+
+void SerializeOptimizer(Archive& archive, std::unique_ptr<OptimizerFactory>& optimizer,
+                        const SearchSpace& space) {
+  if (archive.reading()) optimizer = MakeOptimizerFactory("bayesian");
+  archive.Section(
+      "optimizer",
+      [&](Archive& section) {
+        std::string name = optimizer->name();
+        section.Choice("name", name, "optimizer", OptimizerNames());
+        if (section.reading()) optimizer = MakeOptimizerFactory(name);
+        optimizer->Serialize(section, space);
+      },
+      "name");
+}
+
+// The study but for its budget: what determines the results.
+void SerializeProblem(Archive& archive, Study& study) {
+  archive.Require("study");
+  archive.Text("study", study.name);
+  archive.Text("description", study.description);
+  auto seed = static_cast<std::int64_t>(study.seed);
+  archive.Integer("seed", seed, kNonNegative);
+  study.seed = static_cast<std::uint64_t>(seed);
+  archive.Require("material");
+  archive.Section("material", [&](Archive& section) { study.powder.Serialize(section); });
+  archive.Section("contact_law",
+                  [&](Archive& section) { SerializeContactLaw(section, study.law); });
+  SerializeParameters(archive, study.space);
+  SerializeScaling(archive, study.scaling);
+  archive.Section("numerics", [&](Archive& section) { study.numerics.Serialize(section); });
+  SerializeExperiments(archive, study.experiments);
+  static const std::vector<std::string> kObjectives = {"joint", "pareto"};
+  archive.Enumeration("objective", study.objective, "objective", kObjectives);
+  SerializeOptimizer(archive, study.optimizer, study.space);
+  archive.Require("backend");
+  SerializeBackend(archive, study.backend);
+}
+
+void SerializeStudy(Archive& archive, Study& study) {
+  SerializeProblem(archive, study);
+  archive.Section("budget", [&](Archive& section) { study.budget.Serialize(section); });
+}
+
+// Contradictions between sections.
+void CheckConsistency(const Study& study, const Archive& archive) {
+  const auto frees = [&](const std::string& name) {
+    return std::any_of(study.space.parameters.begin(), study.space.parameters.end(),
+                       [&](const Parameter& p) { return p.name == name; });
+  };
+  const auto needs = [&](const std::string& parameter, bool used, const std::string& law) {
+    if (!frees(parameter) || used) return;
+    throw archive.ErrorAt("parameters",
+                          fmt::format("'{}' has no effect: contact_law has {}", parameter, law));
+  };
+  const ContactLaw& law = study.law;
+  needs("cohesion_energy_density", law.cohesion == ContactLaw::Cohesion::sjkr2,
+        "no cohesion: sjkr2");
+  needs("surface_energy", law.cohesion == ContactLaw::Cohesion::dmt, "no cohesion: dmt");
+  needs("rolling_friction", law.rolling != ContactLaw::Rolling::none, "rolling: none");
+  const bool observed = std::any_of(study.experiments.begin(), study.experiments.end(),
+                                    [](const StudyExperiment& e) { return !e.observed.empty(); });
+  if (!observed) {
+    throw archive.ErrorAt("experiments",
+                          "nothing to calibrate against: no experiment is 'observed'");
+  }
+  const std::string reason = study.optimizer->Make(study.space, study.MakeObjectives(), study.seed)
+                                 ->ExplainUnsupported(study.space, study.MakeObjectives());
+  if (!reason.empty()) throw archive.ErrorAt("optimizer", reason);
+}
+
+std::vector<std::string> PrepareBackend(Study& study) {
+  BackendProblem problem{.base_folder = study.base_folder};
+  for (const Parameter& p : study.space.parameters) {
+    problem.parameters.push_back({p.name, p.unit, p.lower, p.upper});
+  }
+  for (const Target& target : study.MakeObjectives().targets) {
+    problem.responses.push_back({target.response, target.unit});
+  }
+  return study.backend.backend->Prepare(problem);
+}
+
+}  // namespace
+
+void Budget::Serialize(Archive& archive) {
+  archive.Integer("evaluations", evaluations, {.lower = 1});
+  archive.Integer("parallel", parallel, {.lower = 0, .upper = 1024});
+  archive.Quantity("wall_time", wall_time, "s", kPositive);
+  archive.Quantity("run_timeout", run_timeout, "s", kPositive);
+  archive.Flag("deterministic", deterministic);
+  archive.Flag("keep_files", keep_files);
+}
+
+Study Study::Parse(const std::string& text, const std::string& file,
+                   const std::filesystem::path& base_folder, const Overrides& overrides) {
+  Study study;
+  study.file = file;
+  study.base_folder = base_folder;
+  ReadYaml(
+      text, file,
+      [&](Archive& archive) {
+        SerializeStudy(archive, study);
+        CheckConsistency(study, archive);
+      },
+      overrides);
+  study.warnings = PrepareBackend(study);
+  return study;
+}
+
+Study Study::Load(const std::string& path, const Overrides& overrides) {
+  std::filesystem::path file = path;
+  if (!std::filesystem::exists(file)) {
+    const std::filesystem::path shipped = LibraryFolder() / (file.stem().string() + ".yaml");
+    if (file.has_parent_path() || !std::filesystem::exists(shipped)) {
+      const std::vector<std::string> names = ShippedStudies();
+      throw InputError(
+          fmt::format("no such study file; shipped studies: {}", JoinNames(names)),
+          {.location = {path}, .suggestion = NearestName(file.stem().string(), names)});
+    }
+    file = shipped;
+  }
+  const std::filesystem::path folder = std::filesystem::absolute(file).parent_path();
+  return Parse(ReadFile(file), file.string(), folder, overrides);
+}
+
+std::vector<std::string> ShippedStudies() {
+  std::vector<std::string> names;
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(LibraryFolder(), ignored)) {
+    if (entry.path().extension() == ".yaml") names.push_back(entry.path().stem().string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+std::string Study::ToYaml() {
+  return WriteYaml([this](Archive& archive) { SerializeStudy(archive, *this); });
+}
+
+std::string Study::Fingerprint() {
+  return Sha256(WriteYaml([this](Archive& archive) { SerializeProblem(archive, *this); }) +
+                backend.backend->Fingerprint());
+}
+
+Objectives Study::MakeObjectives() const {
+  Objectives objectives{.kind = objective};
+  int index = 0;
+  for (const StudyExperiment& entry : experiments) {
+    for (const ObservedResponse& observed : entry.observed) {
+      const auto& responses = entry.experiment->responses();
+      const auto known =
+          std::find_if(responses.begin(), responses.end(),
+                       [&](const ResponseDescription& r) { return r.name == observed.response; });
+      objectives.targets.push_back({.response = entry.experiment->name() + "." + observed.response,
+                                    .unit = known->unit,
+                                    .value = observed.value,
+                                    .sd = observed.sd,
+                                    .objective = index});
+    }
+    if (!entry.observed.empty()) ++index;
+  }
+  return objectives;
+}
+
+std::vector<const ObservedResponse*> Study::Observations() const {
+  std::vector<const ObservedResponse*> list;
+  for (const StudyExperiment& entry : experiments) {
+    for (const ObservedResponse& observed : entry.observed) list.push_back(&observed);
+  }
+  return list;
+}
+
+int Study::parallel() const {
+  if (budget.parallel > 0) return budget.parallel;
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+std::filesystem::path LibraryFolder() {
+  if (const char* folder = std::getenv("POWDERCAL_STUDIES")) return folder;
+  for (const char* folder : {POWDERCAL_SOURCE_STUDIES, POWDERCAL_INSTALLED_STUDIES}) {
+    if (std::filesystem::is_directory(folder)) return folder;
+  }
+  return {};
+}
+
+}  // namespace powdercal

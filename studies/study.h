@@ -1,0 +1,122 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "backends/backend.h"
+#include "backends/program.h"
+#include "core/archive.h"
+#include "experiments/experiment.h"
+#include "optimizers/optimizer.h"
+#include "scaling/scaling.h"
+
+namespace powdercal {
+
+/// The real powder: what is known of it before anything is calibrated. SI units.
+struct PowderSpecification {
+  std::string name;                      ///< for reports, "Hastelloy X"
+  double density = 0;                    ///< [kg/m3] of the solid
+  double young_modulus = 0;              ///< [Pa] of the real powder
+  double poisson_ratio = 0;              ///< [-]
+  double restitution = 0;                ///< [-]
+  double particle_friction = 0;          ///< [-]
+  double wall_friction = 0;              ///< [-]
+  double rolling_friction = 0;           ///< [-] where it is not a free parameter
+  double cohesion_energy_density = 0;    ///< [J/m3] where it is not a free parameter
+  std::optional<double> surface_energy;  ///< [J/m2] of the real powder, for the Pi table only
+  SizeDistribution sizes;
+
+  void Serialize(Archive& archive);
+};
+
+void SerializeContactLaw(Archive& archive, ContactLaw& law);
+
+/// A response as it was observed in the laboratory.
+struct ObservedResponse {
+  std::string response;             ///< name without the experiment
+  double value = 0;                 ///< SI
+  double sd = 0;                    ///< SI, standard deviation of the observation, > 0
+  std::optional<double> tolerance;  ///< SI; |simulated − observed| below this counts as reached
+  std::string source;               ///< where the figure comes from, and what is assumed
+};
+
+struct StudyExperiment {
+  std::unique_ptr<Experiment> experiment;
+  std::vector<ObservedResponse> observed;
+};
+
+struct BackendSpecification {
+  std::unique_ptr<Backend> backend;
+  Fidelity fidelity = Fidelity::quick;
+  int replicates = 1;          ///< particle seeds of every evaluation
+  int confirm_replicates = 3;  ///< particle seeds of the point that is reported as the best
+};
+
+struct Budget {
+  int evaluations = 40;               ///< parameter points, failed ones included
+  int parallel = 0;                   ///< runs in flight at a time; 0: one for each core
+  std::optional<double> wall_time;    ///< [s] of the whole study, over all its sessions
+  std::optional<double> run_timeout;  ///< [s] of one run
+  bool deterministic = false;         ///< tell results in asking order, whatever finishes first
+  bool keep_files = false;            ///< keep the work folders of successful runs
+
+  void Serialize(Archive& archive);
+};
+
+/// A study file, read and checked. docs/studies.md describes every key.
+struct Study {
+  std::string name;
+  std::string description;
+  std::uint64_t seed = 1;
+  PowderSpecification powder;
+  ContactLaw law;
+  SearchSpace space;
+  std::unique_ptr<Scaling> scaling;
+  Numerics numerics;
+  std::vector<StudyExperiment> experiments;
+  Objectives::Kind objective = Objectives::Kind::joint;
+  std::unique_ptr<OptimizerFactory> optimizer;
+  BackendSpecification backend;
+  Budget budget;
+
+  std::string file;                   ///< where it was read from
+  std::filesystem::path base_folder;  ///< relative paths in the study start here
+  std::vector<std::string> warnings;  ///< found while reading, for people
+
+  /// Reads `path`, or the shipped study of that name. Throws InputError for anything that would not
+  /// run, except what depends on this machine (see Preflight).
+  static Study Load(const std::string& path, const Overrides& overrides = {});
+  static Study Parse(const std::string& text, const std::string& file,
+                     const std::filesystem::path& base_folder, const Overrides& overrides = {});
+
+  /// The study with every default written out; Parse() reads it back to an equal study.
+  std::string ToYaml();
+  /// SHA-256 of all that determines results: the resolved study without its budget.
+  std::string Fingerprint();
+
+  Objectives MakeObjectives() const;
+  /// "consolidation.void_ratio" → the observation behind each target, in MakeObjectives() order.
+  std::vector<const ObservedResponse*> Observations() const;
+  int parallel() const;  ///< budget.parallel with 0 replaced by the number of cores
+};
+
+/// Names and units of the parameters that a study may free, sorted by name.
+struct FreeParameter {
+  std::string name;
+  std::string unit;
+  std::string symbol;
+  std::string description;
+};
+std::span<const FreeParameter> FreeParameters();
+/// Puts a free parameter's value [SI] into the simulated powder.
+void ApplyParameter(const std::string& name, double value, SimulatedPowder& powder);
+
+/// Where the shipped studies lie on this machine (source tree or installed), or empty.
+std::filesystem::path LibraryFolder();
+/// Names of the studies in it, sorted.
+std::vector<std::string> ShippedStudies();
+
+}  // namespace powdercal

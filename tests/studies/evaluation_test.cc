@@ -1,0 +1,68 @@
+#include "studies/evaluation.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace powdercal {
+namespace {
+
+Objectives TwoTargets() {
+  return {.targets = {{.response = "consolidation.void_ratio", .value = 0.8, .sd = 0.01},
+                      {.response = "shear.cohesion", .value = 100, .sd = 5}}};
+}
+
+LedgerRun RunOf(const std::string& experiment, const std::string& response, double value,
+                Reason reason = Reason::ok) {
+  LedgerRun run{.experiment = experiment, .outcome = {reason, ""}};
+  if (reason == Reason::ok) run.measurement.responses[response] = {value, 0};
+  return run;
+}
+
+TEST(Reduce, MeansOverTheReplicatesThatSucceeded) {
+  const LedgerRun a = RunOf("consolidation", "void_ratio", 0.8);
+  const LedgerRun b = RunOf("consolidation", "void_ratio", 0.9);
+  const LedgerRun c = RunOf("consolidation", "void_ratio", 0, Reason::timeout);
+  const LedgerRun d = RunOf("shear", "cohesion", 0, Reason::crashed);
+  const ReducedResponses reduced = Reduce(TwoTargets(), {&a, &b, &c, &d});
+  EXPECT_NEAR(reduced.means[0], 0.85, 1e-15);
+  EXPECT_NEAR(reduced.sample_variances[0], 0.005, 1e-15);
+  EXPECT_EQ(reduced.counts[0], 2);
+  EXPECT_TRUE(std::isnan(reduced.means[1])) << "a failure is never a number";
+  EXPECT_FALSE(reduced.failed());
+  EXPECT_FALSE(reduced.complete());
+  EXPECT_EQ(FailureOf({&a, &d}).reason, Reason::crashed);
+}
+
+TEST(PooledSeedVariance, WeighsByDegreesOfFreedom) {
+  ReducedResponses three{Eigen::VectorXd::Zero(1), Eigen::VectorXd::Constant(1, 4.0),
+                         Eigen::VectorXi::Constant(1, 3)};
+  ReducedResponses two{Eigen::VectorXd::Zero(1), Eigen::VectorXd::Constant(1, 1.0),
+                       Eigen::VectorXi::Constant(1, 2)};
+  ReducedResponses one{Eigen::VectorXd::Zero(1), Eigen::VectorXd::Constant(1, std::nan("")),
+                       Eigen::VectorXi::Constant(1, 1)};
+  EXPECT_DOUBLE_EQ(PooledSeedVariance({three, two, one}, 1)[0], (2 * 4.0 + 1 * 1.0) / 3);
+  EXPECT_EQ(PooledSeedVariance({one}, 1)[0], 0) << "nothing known";
+}
+
+TEST(ExpectedMisfit, DoesNotRewardPoorlyKnownPoints) {
+  const Objectives objectives{.targets = {{.response = "a.b", .value = 0, .sd = 1}}};
+  const Eigen::VectorXd pooled = Eigen::VectorXd::Constant(1, 6.0);
+  const ReducedResponses rough{Eigen::VectorXd::Constant(1, 2.0), Eigen::VectorXd::Zero(1),
+                               Eigen::VectorXi::Constant(1, 1)};
+  ReducedResponses sure = rough;
+  sure.counts[0] = 6;
+  EXPECT_GT(ExpectedMisfit(objectives, rough, pooled), ExpectedMisfit(objectives, sure, pooled));
+  EXPECT_LT(ChiSquared(objectives, rough.means, VarianceOfMeans(rough, pooled)),
+            ChiSquared(objectives, sure.means, VarianceOfMeans(sure, pooled)));
+  EXPECT_DOUBLE_EQ(ExpectedMisfit(objectives, sure, pooled), 4 + 1);
+}
+
+TEST(ExpectedMisfit, IncompletePointsAreNeverBest) {
+  const ReducedResponses partial{Eigen::Vector2d(0.8, std::nan("")), Eigen::Vector2d::Zero(),
+                                 Eigen::Vector2i(3, 0)};
+  EXPECT_TRUE(std::isinf(ExpectedMisfit(TwoTargets(), partial, Eigen::Vector2d::Zero())));
+}
+
+}  // namespace
+}  // namespace powdercal

@@ -1,0 +1,185 @@
+#include "studies/runner.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "tests/support/program.h"
+
+namespace powdercal {
+namespace {
+
+using ::testing::HasSubstr;
+
+// The table study: real responses, real optimizer, ledger and scheduler, in milliseconds.
+Study TableStudy(Overrides overrides = {}) {
+  return Study::Load(LibraryStudy("hastelloy_x_table3").string(), overrides);
+}
+
+StudyResults RunIn(Study& study, const std::filesystem::path& folder,
+                   ProgressListener* listener = nullptr) {
+  StudyRunner runner(study, {.folder = folder, .listener = listener});
+  EXPECT_EQ(runner.Run(), StudyRunner::End::finished);
+  return CollectResults(study, Ledger(folder / "ledger.sqlite", Ledger::Mode::read_only));
+}
+
+Study StudyWithOptimizer(const std::string& section, Overrides overrides) {
+  const std::string text = StudyText("hastelloy_x_table3");
+  const std::size_t begin = text.find("optimizer:\n");
+  const std::size_t end = text.find("backend:");
+  return Study::Parse(text.substr(0, begin) + section + text.substr(end), "s.yaml",
+                      LibraryStudy("").parent_path(), overrides);
+}
+
+Study RandomStudy(Overrides overrides) {
+  return StudyWithOptimizer("optimizer: random\n", std::move(overrides));
+}
+
+void ExpectEqualHistories(const StudyResults& a, const StudyResults& b) {
+  ASSERT_EQ(a.history.size(), b.history.size());
+  for (std::size_t i = 0; i < a.history.size(); ++i) {
+    EXPECT_EQ(a.history[i].parameters, b.history[i].parameters) << i;
+    EXPECT_EQ(a.history[i].origin, b.history[i].origin) << i;
+    EXPECT_EQ(a.history[i].chi2, b.history[i].chi2) << i;
+    EXPECT_EQ(a.history[i].responses[0].simulated, b.history[i].responses[0].simulated) << i;
+  }
+}
+
+TEST(Runner, ReachesTheToleranceOfTheTableStudy) {
+  const TemporaryFolder folder;
+  Study study = TableStudy();
+  const StudyResults results = RunIn(study, folder / "x");
+  ASSERT_TRUE(results.best);
+  EXPECT_TRUE(results.converged);
+  EXPECT_EQ(results.stop_reason, "every tolerance reached");
+  EXPECT_LT(std::abs(*results.history[*results.best].responses[0].simulated - 0.783), 0.007);
+  EXPECT_FALSE(results.simulated);
+  EXPECT_EQ(results.simulation_seconds, 0);
+  EXPECT_EQ(results.history[0].parameters.at("cohesion_energy_density"), 100)
+      << "the paper's case 0-1 comes first";
+}
+
+TEST(Runner, StopsAtItsBudget) {
+  const TemporaryFolder folder;
+  Study study =
+      TableStudy({{"budget.evaluations", "7"},
+                  {"experiments[0].consolidation.observed.void_ratio.tolerance", "1e-12"}});
+  const StudyResults results = RunIn(study, folder / "x");
+  EXPECT_EQ(results.total, 7);
+  EXPECT_EQ(results.stop_reason, "budget of 7 evaluations used");
+  EXPECT_FALSE(results.converged);
+}
+
+TEST(Runner, SameSeedSameHistoryWithSeveralAtATime) {
+  const TemporaryFolder folder;
+  std::vector<StudyResults> results;
+  for (const char* parallel : {"3", "3"}) {
+    Study study = TableStudy({{"budget.parallel", parallel}, {"budget.deterministic", "true"}});
+    results.push_back(RunIn(study, folder / ("p" + std::to_string(results.size()))));
+  }
+  ExpectEqualHistories(results[0], results[1]);
+  EXPECT_TRUE(results[0].converged);
+}
+
+TEST(Runner, ResumingAFinishedStudyRunsNothing) {
+  const TemporaryFolder folder;
+  Study study = TableStudy();
+  const StudyResults first = RunIn(study, folder / "x");
+  struct Counter : ProgressListener {
+    int runs = 0;
+    int resumed = -1;
+    void OnRun(const LedgerRun&, const Progress&) override { ++runs; }
+    void OnResume(int evaluations) override { resumed = evaluations; }
+  } counter;
+  Study again = TableStudy();
+  const StudyResults second = RunIn(again, folder / "x", &counter);
+  EXPECT_EQ(counter.runs, 0);
+  EXPECT_EQ(counter.resumed, first.total);
+  ExpectEqualHistories(first, second);
+}
+
+// Stops itself, as a signal would, after a number of evaluations.
+class StopAfter final : public ProgressListener {
+ public:
+  StopAfter(std::stop_source& stop, int evaluations) : stop_(stop), left_(evaluations) {}
+  void OnEvaluation(const LedgerCandidate&, const ReducedResponses&, const Outcome&,
+                    const Progress&) override {
+    if (--left_ == 0) stop_.request_stop();
+  }
+
+ private:
+  std::stop_source& stop_;
+  int left_;
+};
+
+TEST(Runner, InterruptedAtAnyPointItEndsAsIfItHadNot) {
+  const TemporaryFolder folder;
+  for (const std::string parallel : {"1", "2"}) {
+    const Overrides overrides = {{"budget.parallel", parallel}, {"budget.deterministic", "true"}};
+    Study whole = TableStudy(overrides);
+    const StudyResults expected = RunIn(whole, folder / ("whole" + parallel));
+    for (int stop_after = 1; stop_after < expected.total; ++stop_after) {
+      const auto path = folder / ("cut" + parallel + "-" + std::to_string(stop_after));
+      {
+        std::stop_source stop;
+        StopAfter listener(stop, stop_after);
+        Study study = TableStudy(overrides);
+        StudyRunner runner(study,
+                           {.folder = path, .stop = stop.get_token(), .listener = &listener});
+        EXPECT_EQ(runner.Run(), StudyRunner::End::interrupted);
+      }
+      Study study = TableStudy(overrides);
+      ExpectEqualHistories(RunIn(study, path), expected);
+    }
+  }
+}
+
+TEST(Runner, LargerBudgetGoesOnWhereTheSmallerEnded) {
+  const TemporaryFolder folder;
+  Study small = RandomStudy({{"budget.evaluations", "6"}});
+  EXPECT_EQ(RunIn(small, folder / "x").total, 6);
+  Study large = RandomStudy({{"budget.evaluations", "9"}});
+  const StudyResults results = RunIn(large, folder / "x");
+  EXPECT_EQ(results.total, 9);
+  Study whole = RandomStudy({{"budget.evaluations", "9"}});
+  ExpectEqualHistories(results, RunIn(whole, folder / "y"));
+}
+
+TEST(Runner, EqualPointsShareOneRun) {
+  const TemporaryFolder folder;
+  Study study = StudyWithOptimizer(
+      "optimizer:\n"
+      "  name: list\n"
+      "  points:\n"
+      "    - {cohesion_energy_density: 1e2 J/m3, rolling_friction: 0.05}\n"
+      "    - {cohesion_energy_density: 1e2 J/m3, rolling_friction: 0.05}\n",
+      {{"budget.parallel", "2"}});
+  const StudyResults results = RunIn(study, folder / "x");
+  ASSERT_EQ(results.total, 2);
+  EXPECT_EQ(results.history[0].responses[0].simulated, results.history[1].responses[0].simulated);
+  EXPECT_EQ(results.history[0].runs[0].id, results.history[1].runs[0].id);
+  EXPECT_THAT(results.stop_reason, HasSubstr("the optimizer has finished"));
+}
+
+TEST(Runner, WallTimeEndsTheStudy) {
+  const TemporaryFolder folder;
+  Study study =
+      RandomStudy({{"budget.evaluations", "1000000"},
+                   {"budget.wall_time", "0.5 s"},
+                   {"experiments[0].consolidation.observed.void_ratio.tolerance", "1e-9"}});
+  const StudyResults results = RunIn(study, folder / "x");
+  EXPECT_THAT(results.stop_reason, HasSubstr("wall time"));
+  EXPECT_GT(results.total, 0);
+}
+
+TEST(Runner, AbsentSimulatorStopsBeforeAnythingIsMade) {
+  const TemporaryFolder folder;
+  const ProcessResult result = Powdercal({"run", "quickstart", "--out", (folder / "x").string()},
+                                         folder.path(), {{"PATH", "/nonexistent"}});
+  EXPECT_EQ(result.exit_status, 2);
+  EXPECT_THAT(result.output, HasSubstr("no program 'liggghts' on PATH"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "x"));
+}
+
+}  // namespace
+}  // namespace powdercal

@@ -1,0 +1,154 @@
+#include "studies/study.h"
+
+#include <gmock/gmock.h>
+
+#include "tests/support/program.h"
+
+namespace powdercal {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+const std::filesystem::path kLibrary = LibraryStudy("").parent_path();
+
+// The message for a shipped study with one piece of text replaced.
+std::string MessageFor(const std::string& study, const std::string& from, const std::string& to) {
+  try {
+    Study::Parse(StudyText(study, from, to), "bad.yaml", kLibrary);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(Study, ShippedStudiesLoad) {
+  for (const std::string& name : ShippedStudies()) {
+    EXPECT_NO_THROW(Study::Load(LibraryStudy(name).string())) << name;
+    EXPECT_NO_THROW(Study::Load(name)) << name << " by name";
+  }
+}
+
+TEST(Study, QuickstartSaysWhatTheFileSays) {
+  const Study study = Study::Load("quickstart");
+  EXPECT_EQ(study.powder.density, 8220);
+  EXPECT_EQ(study.powder.young_modulus, 200e9);
+  EXPECT_DOUBLE_EQ(study.powder.sizes.mean, 29e-6);
+  EXPECT_EQ(study.law.cohesion, ContactLaw::Cohesion::sjkr2);
+  EXPECT_EQ(study.law.rolling, ContactLaw::Rolling::epsd2);
+  ASSERT_EQ(study.space.dimension(), 2);
+  EXPECT_EQ(study.space.parameters[0].symbol, "k");
+  EXPECT_EQ(study.space.parameters[0].upper, 1e5);
+  EXPECT_EQ(study.backend.backend->name(), "liggghts");
+  const Objectives objectives = study.MakeObjectives();
+  ASSERT_EQ(objectives.targets.size(), 1u);
+  EXPECT_EQ(objectives.targets[0].response, "consolidation.void_ratio");
+  EXPECT_EQ(objectives.targets[0].value, 0.783);
+}
+
+TEST(Study, ResolvedTextReadsBackToTheSameStudy) {
+  for (const std::string& name : ShippedStudies()) {
+    Study study = Study::Load(name);
+    const std::string text = study.ToYaml();
+    Study again = Study::Parse(text, "study.yaml", kLibrary);
+    EXPECT_EQ(again.ToYaml(), text) << name;
+    EXPECT_EQ(again.Fingerprint(), study.Fingerprint()) << name;
+  }
+}
+
+TEST(Study, FingerprintIgnoresTheBudgetAlone) {
+  const std::string base = Study::Load("quickstart").Fingerprint();
+  EXPECT_EQ(Study::Load("quickstart", {{"budget.evaluations", "7"}}).Fingerprint(), base);
+  EXPECT_NE(Study::Load("quickstart", {{"seed", "7"}}).Fingerprint(), base);
+  EXPECT_NE(Study::Load("quickstart", {{"backend.fidelity", "standard"}}).Fingerprint(), base);
+}
+
+TEST(Study, OverridesReachAnyKey) {
+  const Study study = Study::Load("quickstart", {{"budget.evaluations", "7"},
+                                                 {"numerics.time_step", "1e-6 s"},
+                                                 {"experiments[0].consolidation.stress", "3 kPa"}});
+  EXPECT_EQ(study.budget.evaluations, 7);
+  EXPECT_EQ(study.numerics.time_step, 1e-6);
+  EXPECT_EQ(study.backend.replicates, 3) << "what is not overridden stays";
+}
+
+TEST(Study, UnusedOverrideIsAnError) {
+  try {
+    Study::Load("quickstart", {{"budget.evaluatons", "7"}});
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), AllOf(HasSubstr("command line"), HasSubstr("budget.evaluatons")));
+  }
+}
+
+TEST(StudyErrors, UnknownKeySuggestsTheNearest) {
+  EXPECT_THAT(MessageFor("quickstart", "restitution: 0.4", "restitition: 0.4"),
+              AllOf(HasSubstr("bad.yaml:"), HasSubstr("material"), HasSubstr("restitution")));
+  EXPECT_THAT(MessageFor("quickstart", "objective: joint", "objectiv: joint"),
+              AllOf(HasSubstr("unknown key 'objectiv'"), HasSubstr("did you mean 'objective'?")));
+}
+
+TEST(StudyErrors, MissingUnit) {
+  EXPECT_THAT(MessageFor("quickstart", "stress: 9 kPa", "stress: 9"),
+              AllOf(HasSubstr("experiments[0].consolidation.stress"), HasSubstr("has no unit"),
+                    HasSubstr("pressure")));
+  EXPECT_THAT(MessageFor("quickstart", "unit: J/m3, ", ""),
+              AllOf(HasSubstr("missing unit"), HasSubstr("J/m3")));
+}
+
+TEST(StudyErrors, WrongDimensionNamesBoth) {
+  EXPECT_THAT(MessageFor("quickstart", "density: 8220 kg/m3", "density: 8220 kPa"),
+              AllOf(HasSubstr("bad.yaml:8"), HasSubstr("density"), HasSubstr("pressure"),
+                    HasSubstr("8220 kPa")));
+}
+
+TEST(StudyErrors, ReversedRange) {
+  EXPECT_THAT(MessageFor("quickstart", "range: [1e2, 1e5]", "range: [1e5, 1e2]"),
+              AllOf(HasSubstr("parameters.cohesion_energy_density.range"), HasSubstr("100000"),
+                    HasSubstr("not below")));
+}
+
+TEST(StudyErrors, UnknownBackendOptimizerExperimentResponse) {
+  EXPECT_THAT(MessageFor("quickstart", "name: liggghts", "name: ligghts"),
+              AllOf(HasSubstr("unknown backend 'ligghts'"), HasSubstr("did you mean 'liggghts'?")));
+  EXPECT_THAT(MessageFor("quickstart", "name: bayesian", "name: baysian"),
+              HasSubstr("did you mean 'bayesian'?"));
+  EXPECT_THAT(MessageFor("quickstart", "- consolidation:", "- consolidaton:"),
+              HasSubstr("did you mean 'consolidation'?"));
+  EXPECT_THAT(MessageFor("quickstart", "void_ratio:", "voidratio:"),
+              HasSubstr("did you mean 'void_ratio'?"));
+}
+
+TEST(StudyErrors, FreeParameterWithoutEffect) {
+  EXPECT_THAT(MessageFor("quickstart", "cohesion: sjkr2", "cohesion: none"),
+              AllOf(HasSubstr("cohesion_energy_density"), HasSubstr("no effect")));
+}
+
+TEST(StudyErrors, MissingCsvAndBadRow) {
+  EXPECT_THAT(MessageFor("hastelloy_x_table3", "file: hastelloy_x_table3.csv", "file: absent.csv"),
+              HasSubstr("absent.csv"));
+  const TemporaryFolder folder;
+  WriteFileAtomically(folder / "bad.csv",
+                      "cohesion_energy_density [J/m3],rolling_friction,consolidation.void_ratio\n"
+                      "100,0.05,0.575\n200,zero,0.6\n300,0.1,0.7\n");
+  try {
+    Study::Parse(
+        StudyText("hastelloy_x_table3", "hastelloy_x_table3.csv", (folder / "bad.csv").string()),
+        "bad.yaml", kLibrary);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), AllOf(HasSubstr("bad.csv:3"), HasSubstr("zero")));
+  }
+}
+
+TEST(StudyErrors, NoSuchStudyNamesTheShippedOnes) {
+  try {
+    Study::Load("quickstrat");
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("did you mean 'quickstart'?"));
+  }
+}
+
+}  // namespace
+}  // namespace powdercal
