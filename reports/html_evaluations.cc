@@ -1,0 +1,157 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <optional>
+#include <set>
+
+#include "reports/html_sections.h"
+#include "reports/statements.h"
+#include "reports/text.h"
+
+namespace powdercal {
+namespace {
+
+std::string H(std::string_view text) { return EscapeHtml(text); }
+
+std::string Header(const std::string& markup, bool number, std::string_view unit = "") {
+  const std::string pretty = PrettyUnit(unit);
+  return fmt::format("<th{}>{}{}</th>", number ? " class=\"number\"" : "", markup,
+                     pretty.empty() ? "" : " (" + H(pretty) + ")");
+}
+
+// data-sort holds the exact number, for sorting and for whoever wants more digits.
+std::string NumberCell(std::optional<double> value, int digits, const std::string& suffix = "") {
+  if (!value || !std::isfinite(*value)) return "<td class=\"number\" data-sort=\"\">—</td>";
+  return fmt::format("<td class=\"number\" data-sort=\"{}\">{}{}</td>", *value,
+                     H(NumberText(*value, digits)), suffix);
+}
+
+std::string TextCell(std::string_view text, std::string_view css = "") {
+  return fmt::format("<td{}>{}</td>", css.empty() ? "" : fmt::format(" class=\"{}\"", css),
+                     H(text));
+}
+
+std::string OutcomeTag(const std::string& outcome) {
+  return outcome == "ok"
+             ? std::string("<span class=\"tag good\">ok</span>")
+             : fmt::format("<span class=\"tag bad\">✕ {}</span>", H(ReadableName(outcome)));
+}
+
+std::string EvaluationRow(const StudyResults& results, const EvaluationResult& evaluation,
+                          std::size_t targets, bool best) {
+  std::string html = best                         ? "<tr class=\"best\">"
+                     : evaluation.outcome == "ok" ? "<tr>"
+                                                  : "<tr class=\"failed\">";
+  html += fmt::format("<td class=\"number\" data-sort=\"{0}\">{0}{1}</td>", evaluation.id,
+                      best ? " <strong>★ best</strong>" : "");
+  for (const Parameter& parameter : results.parameters) {
+    const auto found = evaluation.parameters.find(parameter.name);
+    html += NumberCell(
+        found == evaluation.parameters.end() ? std::nullopt : std::optional<double>(found->second),
+        5);
+  }
+  for (std::size_t i = 0; i < targets; ++i) {
+    if (i >= evaluation.responses.size()) {
+      html += NumberCell(std::nullopt, 4);
+      continue;
+    }
+    const ResponseResult& response = evaluation.responses[i];
+    html +=
+        NumberCell(response.simulated, 4,
+                   response.replicates > 1 ? fmt::format(" <span class=\"muted small\">± {}</span>",
+                                                         H(NumberText(response.seed_sd, 2)))
+                                           : "");
+  }
+  html += NumberCell(evaluation.chi2, 3);
+  html += fmt::format("<td>{}</td>", OutcomeTag(evaluation.outcome));
+  html += TextCell(evaluation.origin);
+  double seconds = 0;
+  for (const RunResult& run : evaluation.runs) seconds += run.wall_seconds;
+  html += NumberCell(evaluation.runs.empty() ? std::nullopt : std::optional(seconds), 3);
+  html += TextCell(evaluation.message, "message");
+  return html + "</tr>\n";
+}
+
+std::string RunsTable(const StudyResults& results) {
+  std::string rows;
+  int count = 0;
+  for (const EvaluationResult& evaluation : results.history) {
+    for (const RunResult& run : evaluation.runs) {
+      ++count;
+      rows += run.reason == "ok" ? "<tr>" : "<tr class=\"failed\">";
+      rows += fmt::format("<td class=\"number\">{}</td><td class=\"number\">{}</td>", run.id,
+                          evaluation.id);
+      rows += TextCell(run.experiment) +
+              fmt::format("<td class=\"number\">{}</td><td class=\"number\">{}</td><td>{}</td>",
+                          run.replicate, run.seed, OutcomeTag(run.reason));
+      rows += NumberCell(run.wall_seconds, 3) +
+              fmt::format("<td class=\"hash\" title=\"{}\">{}</td>", H(run.program_hash),
+                          H(std::string_view(run.program_hash).substr(0, 12)));
+      rows += TextCell(run.message, "message") + "</tr>\n";
+    }
+  }
+  if (count == 0) return "";
+  return fmt::format(
+      "<details><summary>{} behind these evaluations</summary>\n<div class=\"scroll\">"
+      "<table class=\"sortable\"><thead><tr><th class=\"number\">run</th>"
+      "<th class=\"number\">evaluation</th><th>experiment</th><th class=\"number\">replicate</th>"
+      "<th class=\"number\">particle seed</th><th>outcome</th><th class=\"number\">wall (s)</th>"
+      "<th>program</th><th>message</th></tr></thead><tbody>\n{}</tbody></table></div></details>\n",
+      CountText(count, results.simulated ? "simulation" : "answer"), rows);
+}
+
+// What else was measured in the simulations of the best point.
+std::string DiagnosticsTable(const EvaluationResult& best) {
+  std::set<std::string> names;
+  std::string head = "<th>diagnostic (SI)</th>";
+  for (const RunResult& run : best.runs) {
+    for (const auto& [name, value] : run.diagnostics) names.insert(name);
+    head += fmt::format("<th class=\"number\">{}, seed {}</th>", H(run.experiment), run.seed);
+  }
+  if (names.empty()) return "";
+  std::string rows;
+  for (const std::string& name : names) {
+    rows += "<tr>" + TextCell(ReadableName(name));
+    for (const RunResult& run : best.runs) {
+      const auto found = run.diagnostics.find(name);
+      rows += NumberCell(
+          found == run.diagnostics.end() ? std::nullopt : std::optional<double>(found->second), 5);
+    }
+    rows += "</tr>\n";
+  }
+  return fmt::format(
+      "<details><summary>Diagnostics of the best point's runs</summary>\n<div class=\"scroll\">"
+      "<table><thead><tr>{}</tr></thead><tbody>\n{}</tbody></table></div></details>\n",
+      head, rows);
+}
+
+}  // namespace
+
+std::string EvaluationsSection(const StudyResults& results) {
+  std::string html = "<section><h2>Evaluations</h2>\n";
+  if (results.history.empty()) {
+    return html + "<p class=\"muted\">No evaluation has ended yet.</p></section>\n";
+  }
+  const std::vector<ResponseResult> targets = TargetResponses(results);
+  html +=
+      "<div class=\"scroll\"><table class=\"sortable\" id=\"evaluations\"><thead><tr>"
+      "<th class=\"number\" aria-sort=\"ascending\">#</th>";
+  for (const Parameter& parameter : results.parameters) {
+    html += Header(SymbolHtml(parameter.symbol), true, parameter.unit);
+  }
+  for (const ResponseResult& target : targets) {
+    html += Header(H(ReadableName(target.name)), true, target.unit);
+  }
+  html += Header("χ²", true) + Header("outcome", false) + Header("proposed by", false) +
+          Header("wall (s)", true) + Header("message", false) + "</tr></thead><tbody>\n";
+  for (std::size_t i = 0; i < results.history.size(); ++i) {
+    const bool best = results.best && *results.best == i;
+    html += EvaluationRow(results, results.history[i], targets.size(), best);
+  }
+  html += "</tbody></table></div>\n<p class=\"muted small\">Click a column's head to sort.</p>\n";
+  html += RunsTable(results);
+  if (const EvaluationResult* best = BestEvaluation(results)) html += DiagnosticsTable(*best);
+  return html + "</section>\n";
+}
+
+}  // namespace powdercal

@@ -1,0 +1,105 @@
+#include "reports/html_report.h"
+
+#include <iterator>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string_view>
+#include <utility>
+
+#include "reports/assets.h"
+#include "reports/html_sections.h"
+#include "reports/plots.h"
+#include "reports/text.h"
+
+namespace powdercal {
+namespace {
+
+// In one pass: what is put in is not searched for further keys.
+std::string FillTemplate(std::string_view text,
+                         const std::map<std::string, std::string, std::less<>>& values) {
+  std::string filled;
+  while (true) {
+    const std::size_t open = text.find("{{");
+    const std::size_t close = text.find("}}", open == std::string_view::npos ? 0 : open);
+    if (open == std::string_view::npos || close == std::string_view::npos) break;
+    filled += text.substr(0, open);
+    const auto value = values.find(text.substr(open + 2, close - open - 2));
+    if (value != values.end()) filled += value->second;
+    text.remove_prefix(close + 2);
+  }
+  return filled.append(text);
+}
+
+// Source maps would be looked for beside the report.
+std::string_view WithoutSourceMap(std::string_view script) {
+  const std::size_t comment = script.rfind("//# sourceMappingURL=");
+  return comment == std::string_view::npos ? script : script.substr(0, comment);
+}
+
+std::string Libraries() {
+  std::string scripts;
+  for (const char* name : {"vega.min.js", "vega-lite.min.js", "vega-embed.min.js"}) {
+    scripts.append("<script>").append(WithoutSourceMap(Asset(name))).append("</script>\n");
+  }
+  return scripts;
+}
+
+// JSON that no HTML parser can take for markup.
+std::string ScriptJson(const nlohmann::json& value) {
+  const std::string json = value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  std::string safe;
+  safe.reserve(json.size());
+  for (const char c : json) {
+    if (c == '<') {
+      safe += "\\u003c";
+    } else if (c == '>') {
+      safe += "\\u003e";
+    } else if (c == '&') {
+      safe += "\\u0026";
+    } else {
+      safe += c;
+    }
+  }
+  return safe;
+}
+
+std::vector<Figure> AllFigures(const StudyResults& results) {
+  std::vector<Figure> figures = {ConvergenceFigure(results)};
+  for (const auto make : {FitFigures, SurfaceFigures, ParallelFigures}) {
+    std::vector<Figure> more = make(results);
+    figures.insert(figures.end(), std::make_move_iterator(more.begin()),
+                   std::make_move_iterator(more.end()));
+  }
+  return figures;
+}
+
+}  // namespace
+
+std::string HtmlReport(const StudyResults& results) {
+  const std::vector<Figure> figures = AllFigures(results);
+  nlohmann::json specs = nlohmann::json::object();
+  for (const Figure& figure : figures) {
+    if (!figure.spec.is_null()) specs[figure.key] = figure.spec;
+  }
+  const std::string powder = results.powder.empty() ? results.study : results.powder;
+  std::string subtitle = "Study " + results.study;
+  if (!results.description.empty()) subtitle += ": " + results.description;
+  return FillTemplate(Asset("report.html"),
+                      {{"version", EscapeHtml(results.program_version)},
+                       {"title", EscapeHtml("Calibration of " + powder + " – " + results.study)},
+                       {"heading", EscapeHtml("Calibration of " + powder)},
+                       {"subtitle", EscapeHtml(subtitle)},
+                       {"css", std::string(Asset("report.css"))},
+                       {"banner", BannerSection(results)},
+                       {"summary", SummarySection(results)},
+                       {"figures", FiguresSection(figures, ParameterPairs(results))},
+                       {"evaluations", EvaluationsSection(results)},
+                       {"scaling", ScalingSection(results)},
+                       {"provenance", ProvenanceSection(results)},
+                       {"licences", EscapeHtml(Asset("licences.txt"))},
+                       {"data", ScriptJson(specs)},
+                       {"libraries", Libraries()},
+                       {"js", std::string(Asset("report.js"))}});
+}
+
+}  // namespace powdercal

@@ -1,0 +1,329 @@
+#include "reports/html_sections.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <map>
+
+#include "reports/statements.h"
+#include "reports/text.h"
+
+namespace powdercal {
+namespace {
+
+std::string H(std::string_view text) { return EscapeHtml(text); }
+
+std::string Value(double value, const std::string& unit, int digits = 4) {
+  return H(ValueText(value, unit, digits));
+}
+
+std::string Entry(std::string_view term, const std::string& markup) {
+  return markup.empty() ? "" : fmt::format("<dt>{}</dt><dd>{}</dd>\n", H(term), markup);
+}
+
+// "μᵣ rolling friction"; the name alone where there is no symbol of its own.
+std::string ParameterName(const Parameter& parameter) {
+  const std::string name = H(ReadableName(parameter.name));
+  const std::string symbol = SymbolHtml(parameter.symbol);
+  if (symbol.empty() || symbol == name) return name;
+  return fmt::format("<strong>{}</strong>, {}", symbol, name);
+}
+
+std::string ParametersCard(const StudyResults& results) {
+  const EvaluationResult* best = BestEvaluation(results);
+  const bool calibrated = Conclude(results).kind == Conclusion::Kind::fits;
+  std::string html =
+      fmt::format("<section class=\"card parameters\"><h3>{} parameters</h3>\n<table>\n",
+                  calibrated ? "Calibrated" : "Best") +
+      "<thead><tr><th>parameter</th><th class=\"number\">value</th>"
+      "<th class=\"number\">searched</th></tr></thead><tbody>\n";
+  for (const Parameter& parameter : results.parameters) {
+    std::string value = "none";
+    if (best != nullptr) {
+      const auto found = best->parameters.find(parameter.name);
+      if (found != best->parameters.end()) value = Value(found->second, parameter.unit, 5);
+    }
+    html += fmt::format(
+        "<tr><td>{}</td><td class=\"number value\">{}</td>"
+        "<td class=\"number small\">{} – {}</td></tr>\n",
+        ParameterName(parameter), value, H(NumberText(parameter.lower)),
+        H(ValueText(parameter.upper, parameter.unit)));
+  }
+  html += "</tbody></table>\n";
+  if (best != nullptr) {
+    html += fmt::format(
+        "<p class=\"muted small\">Evaluation {}. No uncertainty of the parameters was "
+        "estimated.</p>\n",
+        best->id);
+  }
+  return html + "</section>\n";
+}
+
+std::string SimulatedCell(const ResponseResult& response) {
+  if (!response.simulated) return "none";
+  std::string text =
+      fmt::format("<span class=\"value\">{}</span>", Value(*response.simulated, response.unit));
+  if (response.replicates > 1) {
+    text += fmt::format("<br><span class=\"small muted\">± {} over {} seeds</span>",
+                        H(NumberText(response.seed_sd, 2)), response.replicates);
+  }
+  return text;
+}
+
+std::string FitRow(const ResponseResult& response) {
+  const Fit fit = JudgeFit(response);
+  const std::size_t dot = response.name.rfind('.');
+  const std::string experiment =
+      dot == std::string::npos ? "" : ReadableName(response.name.substr(0, dot));
+  const std::string limit = fmt::format("±&nbsp;{}{}", Value(fit.limit, response.unit, 2),
+                                        fit.has_tolerance ? "" : " (2&nbsp;sd)");
+  std::string deviation = "none";
+  std::string verdict = "<span class=\"tag bad\">no value</span>";
+  if (fit.deviation) {
+    deviation = (*fit.deviation > 0 ? "+" : "") + Value(*fit.deviation, response.unit, 2);
+    verdict = fit.within ? fmt::format("<span class=\"tag good\">within {}</span>", limit)
+                         : fmt::format("<span class=\"tag bad\">outside {}</span>", limit);
+  }
+  return fmt::format(
+      "<tr><td><strong>{}</strong><br><span class=\"small muted\">{}</span></td>"
+      "<td class=\"number\">{}</td><td class=\"number\">{}<br>"
+      "<span class=\"small muted\">± {}</span></td><td class=\"number\">{}</td><td>{}</td></tr>\n",
+      H(ReadableName(response.name)), H(experiment), SimulatedCell(response),
+      Value(response.observed, response.unit), Value(response.sd, response.unit, 2), deviation,
+      verdict);
+}
+
+std::string FitCard(const StudyResults& results) {
+  std::string html = fmt::format(
+      "<section class=\"card fit\"><h3>Fit at the best point</h3>\n<table>\n"
+      "<thead><tr><th>response</th><th class=\"number\">{}</th>"
+      "<th class=\"number\">observed ± sd</th><th class=\"number\">deviation</th><th>verdict</th>"
+      "</tr></thead><tbody>\n",
+      results.simulated ? "simulated" : "predicted");
+  const std::vector<ResponseResult> targets = TargetResponses(results);
+  for (const ResponseResult& target : targets) html += FitRow(target);
+  html += "</tbody></table>\n";
+  if (targets.empty()) html += "<p class=\"muted\">There is no response to compare yet.</p>\n";
+  const EvaluationResult* best = BestEvaluation(results);
+  if (best != nullptr && best->chi2) {
+    html += fmt::format("<p class=\"muted small\">χ² = {} over {}.</p>\n",
+                        H(NumberText(*best->chi2, 3)),
+                        CountText(static_cast<int>(best->responses.size()), "response"));
+  }
+  return html + "</section>\n";
+}
+
+// "2 failed (1 timeout, 1 crashed)".
+std::string FailuresText(const StudyResults& results) {
+  if (results.failed == 0) return "none failed";
+  std::map<std::string, int> reasons;
+  for (const EvaluationResult& evaluation : results.history) {
+    if (evaluation.outcome != "ok") ++reasons[evaluation.outcome];
+  }
+  std::string list;
+  for (const auto& [reason, count] : reasons) {
+    list += fmt::format("{}{} {}", list.empty() ? "" : ", ", count, ReadableName(reason));
+  }
+  return fmt::format("<strong>{} failed</strong>{}", results.failed,
+                     list.empty() ? "" : " (" + H(list) + ")");
+}
+
+std::string CostText(const StudyResults& results) {
+  std::string text = H(DurationText(results.wall_seconds)) + " wall";
+  if (results.simulated) {
+    text += fmt::format(", {} inside the simulator, {} at a time",
+                        H(DurationText(results.simulation_seconds)), results.parallel);
+  }
+  if (results.simulated && results.wall_seconds > 0) {
+    text += fmt::format("; overhead {}, {} % of the wall time",
+                        H(DurationText(results.overhead_seconds)),
+                        H(NumberText(100 * results.overhead_seconds / results.wall_seconds, 2)));
+  }
+  return text + ".";
+}
+
+std::string BackendText(const StudyResults& results) {
+  std::string text = fmt::format("<strong>{}</strong>", H(results.backend));
+  if (!results.backend_version.empty()) text += " " + H(results.backend_version);
+  if (!results.simulated) return text + ", <strong>no simulation</strong>";
+  if (!results.fidelity.empty()) text += ", fidelity " + H(results.fidelity);
+  if (results.replicates > 1) text += fmt::format(", {} particle seeds", results.replicates);
+  return text;
+}
+
+std::string HowCard(const StudyResults& results) {
+  int runs = 0;
+  int failed_runs = 0;
+  for (const EvaluationResult& evaluation : results.history) {
+    for (const RunResult& run : evaluation.runs) {
+      ++runs;
+      if (run.reason != "ok") ++failed_runs;
+    }
+  }
+  std::string evaluations = fmt::format("<strong>{}</strong>: {} ok, {}", results.total, results.ok,
+                                        FailuresText(results));
+  if (results.cached > 0)
+    evaluations += fmt::format("; {} answered from the ledger", results.cached);
+  std::string html = "<section class=\"card how\"><h3>How it was found</h3>\n<dl>\n";
+  html += Entry("Backend", BackendText(results));
+  html += Entry("Evaluations", evaluations);
+  if (results.simulated) {
+    html += Entry(
+        "Simulations",
+        fmt::format("{} runs, {}", runs,
+                    failed_runs == 0 ? std::string("none failed")
+                                     : fmt::format("<strong>{} failed</strong>", failed_runs)));
+  }
+  html += Entry("Search", H(results.optimizer));
+  html += Entry("Scaling", H(results.scaling));
+  html += Entry("Time", CostText(results));
+  return html + "</dl></section>\n";
+}
+
+std::string CaveatsCard(const StudyResults& results) {
+  // The banner and the verdict say these already.
+  const std::string headline = Conclude(results).headline;
+  std::string items;
+  bool notice = !results.simulated;
+  for (const std::string& caveat : Caveats(results)) {
+    if (notice || caveat == headline) {
+      notice = false;
+      continue;
+    }
+    items += fmt::format("<li>{}</li>\n", H(caveat));
+  }
+  return fmt::format("<section class=\"card caveats\"><h3>Before you use it</h3>\n{}</section>\n",
+                     items.empty() ? "<p>Nothing to warn of.</p>\n" : "<ul>" + items + "</ul>\n");
+}
+
+const char* VerdictClass(GroupComparison::Verdict verdict) {
+  switch (verdict) {
+    case GroupComparison::Verdict::matched:
+      return "matched";
+    case GroupComparison::Verdict::off:
+      return "off";
+    case GroupComparison::Verdict::violated:
+      return "violated";
+    case GroupComparison::Verdict::unknown:
+      break;
+  }
+  return "unknown";
+}
+
+std::string GroupRow(const GroupComparison& group) {
+  const auto number = [](const std::optional<double>& value) {
+    return value ? H(NumberText(*value, 3)) : std::string("—");
+  };
+  const char* verdict = VerdictClass(group.verdict);
+  std::string remark = group.remark;
+  if (!remark.empty() && remark.back() != '.') remark += '.';
+  return fmt::format(
+      "<tr><td><strong>{}</strong></td><td>{}</td><td class=\"number\">{}</td>"
+      "<td class=\"number\">{}</td><td class=\"number\">{}</td>"
+      "<td><span class=\"tag {}\">{}</span></td><td>{}</td></tr>\n",
+      SymbolHtml(group.symbol), H(group.meaning), number(group.experiment),
+      number(group.simulation), number(group.ratio), verdict, verdict, H(remark));
+}
+
+}  // namespace
+
+std::string BannerSection(const StudyResults& results) {
+  const std::string notice = NoSimulationNotice(results);
+  if (notice.empty()) return "";
+  return fmt::format("<p class=\"banner\" role=\"alert\">{}{}</p>",
+                     static_cast<char>(notice[0] - 'a' + 'A'), H(notice.substr(1)));
+}
+
+std::string SummarySection(const StudyResults& results) {
+  static constexpr const char* kClasses[] = {"fits", "rehearsal", "misses", "nothing"};
+  const Conclusion conclusion = Conclude(results);
+  return fmt::format(
+             "<div class=\"verdict {}\"><strong>{}</strong><span>{}</span></div>\n"
+             "<div class=\"cards\">\n",
+             kClasses[static_cast<int>(conclusion.kind)], H(conclusion.headline),
+             H(conclusion.detail)) +
+         ParametersCard(results) + FitCard(results) + HowCard(results) + CaveatsCard(results) +
+         "</div>\n";
+}
+
+std::string FiguresSection(const std::vector<Figure>& figures,
+                           const std::vector<std::string>& pairs) {
+  std::string html = "<section><h2>Figures</h2>\n<div class=\"figures\">\n";
+  bool offered = pairs.size() < 2;
+  for (const Figure& figure : figures) {
+    if (figure.pair >= 0 && !offered) {
+      html += "<p class=\"choice\"><label>Plane of the parameters <select id=\"pair\">";
+      for (std::size_t i = 0; i < pairs.size(); ++i) {
+        html += fmt::format("<option value=\"{}\">{}</option>", i, H(pairs[i]));
+      }
+      html += "</select></label></p>\n";
+      offered = true;
+    }
+    const bool wide = figure.key == "parallel" || figure.spec.is_null();
+    html += fmt::format("<figure class=\"{}\" data-figure=\"{}\"{}{}><h3>{}</h3>",
+                        wide ? "wide" : "half", H(figure.key),
+                        figure.pair >= 0 ? fmt::format(" data-pair=\"{}\"", figure.pair) : "",
+                        figure.pair > 0 ? " hidden" : "", H(figure.title));
+    if (!figure.spec.is_null()) html += "<div class=\"plot\"></div>";
+    html += fmt::format("<figcaption>{}</figcaption></figure>\n", H(figure.caption));
+  }
+  return html +
+         "</div>\n<noscript><p>The figures are drawn by JavaScript, which is switched "
+         "off.</p></noscript></section>\n";
+}
+
+std::string ScalingSection(const StudyResults& results) {
+  std::string html = fmt::format(
+      "<section><h2>Similarity of experiment and simulation</h2>\n<p>Scaling mode "
+      "<strong>{}</strong>{}{}</p>\n",
+      H(results.scaling), results.scaling_description.empty() ? "" : ": ",
+      H(results.scaling_description));
+  for (const ScalingTable& table : results.scaling_tables) {
+    html += fmt::format(
+        "<h3>{}, with the best point's parameters</h3>\n<div class=\"scroll\"><table>\n"
+        "<thead><tr><th>Π group</th><th>meaning</th><th class=\"number\">experiment</th>"
+        "<th class=\"number\">simulation</th><th class=\"number\">ratio</th><th>verdict</th>"
+        "<th>what that means</th></tr></thead><tbody>\n",
+        H(table.experiment));
+    for (const GroupComparison& group : table.groups) html += GroupRow(group);
+    html += "</tbody></table></div>\n";
+  }
+  if (results.scaling_tables.empty()) html += "<p class=\"muted\">No Π table is known.</p>\n";
+  return html + fmt::format(
+                    "<p class=\"muted small\">matched: within a factor 1.1; violated: beyond a "
+                    "factor {}; off: in between, or harmless; unknown: one side is not known.</p>"
+                    "</section>\n",
+                    kViolationFactor);
+}
+
+std::string ProvenanceSection(const StudyResults& results) {
+  std::string html = "<section><h2>Provenance</h2>\n<dl>\n";
+  html += Entry("powdercal", H(results.program_version));
+  html += Entry("Backend", BackendText(results));
+  html += Entry("Study", H(results.study));
+  html +=
+      Entry("Fingerprint", fmt::format("<span class=\"hash\">{}</span>", H(results.fingerprint)));
+  html += Entry("Seed of the study", fmt::format("{}", results.seed));
+  html += Entry("Optimizer", H(results.optimizer) +
+                                 (results.optimizer_description.empty() ? "" : ": ") +
+                                 H(results.optimizer_description));
+  html += Entry("Contact law", H(results.law));
+  html += Entry("Contact law as run", H(results.law_as_run));
+  html += Entry("State", H(results.state));
+  for (const ResponseResult& target : TargetResponses(results)) {
+    if (!target.source.empty()) {
+      html += Entry("Source of " + ReadableName(target.name), H(target.source));
+    }
+  }
+  html += Entry("Time", CostText(results));
+  html += "</dl>\n";
+  if (!results.study_yaml.empty()) {
+    html += fmt::format(
+        "<details><summary>The study, with every default written out</summary>\n<pre>{}</pre>"
+        "</details>\n",
+        H(results.study_yaml));
+  }
+  return html + "</section>\n";
+}
+
+}  // namespace powdercal

@@ -1,0 +1,151 @@
+#include "reports/plot_parts.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+#include <vector>
+
+#include "reports/statements.h"
+#include "reports/text.h"
+
+namespace powdercal {
+namespace {
+
+using nlohmann::json;
+
+// Symbols in Vega's own path notation, in a square from −1 to 1.
+constexpr char kStar[] =
+    "M0,-1L0.225,-0.309L0.951,-0.309L0.363,0.118L0.588,0.809L0,0.382L-0.588,0.809L-0.363,0.118"
+    "L-0.951,-0.309L-0.225,-0.309Z";
+
+std::string WithUnit(const std::string& text, std::string_view unit) {
+  const std::string pretty = PrettyUnit(unit);
+  return pretty.empty() ? text : fmt::format("{} ({})", text, pretty);
+}
+
+json Finite(const std::optional<double>& value) {
+  return value && std::isfinite(*value) ? json(*value) : json(nullptr);
+}
+
+std::string KindOf(const EvaluationResult& evaluation, const EvaluationResult* best) {
+  if (&evaluation == best) return "best";
+  if (evaluation.outcome != "ok" || !evaluation.chi2) return "failed";
+  return evaluation.origin.starts_with("initial") ? "initial design" : "search";
+}
+
+}  // namespace
+
+std::string ParameterTitle(const Parameter& parameter) {
+  const std::string symbol = SymbolText(parameter.symbol);
+  const std::string name = ReadableName(parameter.name);
+  return WithUnit(symbol == name || symbol.empty() ? name : symbol + ", " + name, parameter.unit);
+}
+
+std::string ResponseAxisTitle(const ResponseResult& response) {
+  return WithUnit(ReadableName(response.name), response.unit);
+}
+
+json ParameterChannel(const std::string& field, const Parameter& parameter) {
+  json scale = {{"type", parameter.logarithmic ? "log" : "linear"},
+                {"domain", json::array({parameter.lower, parameter.upper})},
+                {"nice", false}};
+  if (!parameter.logarithmic) scale["zero"] = false;
+  json axis = {{"grid", false}, {"tickCount", 6}, {"labelFlush", false}};
+  const double largest = std::max(std::abs(parameter.lower), std::abs(parameter.upper));
+  if (largest >= 1e4) axis["format"] = "~s";
+  if (largest < 1e-3) axis["format"] = ".2~e";
+  return {{"field", field},
+          {"type", "quantitative"},
+          {"title", ParameterTitle(parameter)},
+          {"scale", std::move(scale)},
+          {"axis", std::move(axis)}};
+}
+
+json EvaluationRows(const StudyResults& results) {
+  const EvaluationResult* best = BestEvaluation(results);
+  json rows = json::array();
+  for (const EvaluationResult& evaluation : results.history) {
+    json row = {{"evaluation", evaluation.id},     {"origin", evaluation.origin},
+                {"outcome", evaluation.outcome},   {"kind", KindOf(evaluation, best)},
+                {"chi2", Finite(evaluation.chi2)}, {"best_chi2", Finite(evaluation.best_chi2)}};
+    for (std::size_t i = 0; i < results.parameters.size(); ++i) {
+      const auto found = evaluation.parameters.find(results.parameters[i].name);
+      row[fmt::format("p{}", i)] =
+          found == evaluation.parameters.end() ? json(nullptr) : Finite(found->second);
+    }
+    for (std::size_t i = 0; i < evaluation.responses.size(); ++i) {
+      row[fmt::format("r{}", i)] = Finite(evaluation.responses[i].simulated);
+    }
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+json EvaluationTooltip(const StudyResults& results) {
+  const auto number = [](const std::string& field, const std::string& title) -> json {
+    return {
+        {"field", field}, {"title", title}, {"type", "quantitative"}, {"format", kNumberFormat}};
+  };
+  const auto text = [](const char* field, const char* title) -> json {
+    return {{"field", field}, {"title", title}, {"type", "nominal"}};
+  };
+  json tooltip = json::array(
+      {text("evaluation", "evaluation"), text("origin", "origin"), text("outcome", "outcome")});
+  for (std::size_t i = 0; i < results.parameters.size(); ++i) {
+    const Parameter& parameter = results.parameters[i];
+    tooltip.push_back(
+        number(fmt::format("p{}", i), WithUnit(SymbolText(parameter.symbol), parameter.unit)));
+  }
+  const std::vector<ResponseResult> targets = TargetResponses(results);
+  for (std::size_t i = 0; i < targets.size(); ++i) {
+    tooltip.push_back(number(fmt::format("r{}", i), ResponseAxisTitle(targets[i])));
+  }
+  tooltip.push_back(number("chi2", "χ²"));
+  return tooltip;
+}
+
+json KindChannels(const json& rows, const std::string& initial_fill, const std::string& search_fill,
+                  const std::string& circle_stroke) {
+  struct Kind {
+    const char* name;
+    const char* shape;
+    std::string fill;
+    std::string stroke;
+  };
+  const Kind kinds[] = {{"initial design", "circle", initial_fill, circle_stroke},
+                        {"search", "circle", search_fill, circle_stroke},
+                        {"failed", kCrossSymbol, "transparent", "#a3128f"},
+                        {"best", kStar, "#d7191c", "#ffffff"}};
+  json domain = json::array();
+  json shapes = json::array();
+  json fills = json::array();
+  json strokes = json::array();
+  for (const Kind& kind : kinds) {
+    bool present = false;
+    for (const json& row : rows) present = present || row.at("kind") == kind.name;
+    if (!present) continue;
+    domain.push_back(kind.name);
+    shapes.push_back(kind.shape);
+    fills.push_back(kind.fill);
+    strokes.push_back(kind.stroke);
+  }
+  const auto channel = [&](const json& range) -> json {
+    return {{"field", "kind"},
+            {"type", "nominal"},
+            {"scale", {{"domain", domain}, {"range", range}}},
+            {"legend", {{"title", nullptr}, {"orient", "bottom"}, {"symbolSize", 170}}}};
+  };
+  return {{"shape", channel(shapes)},
+          {"fill", channel(fills)},
+          {"stroke", channel(strokes)},
+          {"size",
+           {{"condition", json::array({{{"test", "datum.kind == 'best'"}, {"value", 420}},
+                                       {{"test", "datum.kind == 'failed'"}, {"value", 130}}})},
+            {"value", 70}}}};
+}
+
+double Rounded(double value) { return std::stod(fmt::format("{:.5g}", value)); }
+
+}  // namespace powdercal

@@ -1,0 +1,218 @@
+#include "reports/results_json.h"
+
+#include <cmath>
+#include <optional>
+
+#include "reports/statements.h"
+
+namespace powdercal {
+namespace {
+
+using nlohmann::json;
+
+json Number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
+json Number(const std::optional<double>& value) { return value ? Number(*value) : json(nullptr); }
+
+json Numbers(const std::map<std::string, double>& values) {
+  json object = json::object();
+  for (const auto& [name, value] : values) object[name] = Number(value);
+  return object;
+}
+
+json Parameters(const std::vector<Parameter>& parameters) {
+  json list = json::array();
+  for (const Parameter& parameter : parameters) {
+    list.push_back({{"name", parameter.name},
+                    {"symbol", parameter.symbol},
+                    {"unit", parameter.unit},
+                    {"lower", Number(parameter.lower)},
+                    {"upper", Number(parameter.upper)},
+                    {"scale", parameter.logarithmic ? "log" : "linear"}});
+  }
+  return list;
+}
+
+json Targets(const StudyResults& results) {
+  json list = json::array();
+  for (const ResponseResult& target : TargetResponses(results)) {
+    list.push_back({{"response", target.name},
+                    {"unit", target.unit},
+                    {"observed", Number(target.observed)},
+                    {"sd", Number(target.sd)},
+                    {"tolerance", Number(target.tolerance)},
+                    {"source", target.source}});
+  }
+  return list;
+}
+
+json StudyObject(const StudyResults& results) {
+  return {{"name", results.study},
+          {"description", results.description},
+          {"powder", results.powder},
+          {"fingerprint", results.fingerprint},
+          {"seed", results.seed},
+          {"parameters", Parameters(results.parameters)},
+          {"targets", Targets(results)},
+          {"contact_law", results.law},
+          {"scaling", {{"mode", results.scaling}, {"description", results.scaling_description}}}};
+}
+
+json BackendObject(const StudyResults& results) {
+  return {{"name", results.backend},          {"version", results.backend_version},
+          {"simulated", results.simulated},   {"fidelity", results.fidelity},
+          {"replicates", results.replicates}, {"contact_law_as_run", results.law_as_run}};
+}
+
+json FittedResponses(const std::vector<ResponseResult>& responses) {
+  json object = json::object();
+  for (const ResponseResult& response : responses) {
+    const Fit fit = JudgeFit(response);
+    object[response.name] = {{"simulated", Number(response.simulated)},
+                             {"seed_sd", Number(response.seed_sd)},
+                             {"replicates", response.replicates},
+                             {"observed", Number(response.observed)},
+                             {"sd", Number(response.sd)},
+                             {"unit", response.unit},
+                             {"deviation", Number(fit.deviation)},
+                             {"tolerance", Number(response.tolerance)},
+                             {"within", fit.within},
+                             {"source", response.source}};
+  }
+  return object;
+}
+
+json FittedPoint(const EvaluationResult& evaluation) {
+  return {{"evaluation", evaluation.id},
+          {"parameters", Numbers(evaluation.parameters)},
+          {"responses", FittedResponses(evaluation.responses)},
+          {"chi2", Number(evaluation.chi2)}};
+}
+
+json Pareto(const StudyResults& results) {
+  json list = json::array();
+  for (const std::size_t index : results.pareto) {
+    if (index < results.history.size()) list.push_back(FittedPoint(results.history[index]));
+  }
+  return list;
+}
+
+// Compared bit for bit between an interrupted and an uninterrupted study.
+json HistoryEntry(const EvaluationResult& evaluation) {
+  json responses = json::object();
+  for (const ResponseResult& response : evaluation.responses) {
+    responses[response.name] = {{"simulated", Number(response.simulated)},
+                                {"seed_sd", Number(response.seed_sd)},
+                                {"replicates", response.replicates}};
+  }
+  return {{"evaluation", evaluation.id},
+          {"parameters", Numbers(evaluation.parameters)},
+          {"origin", evaluation.origin},
+          {"outcome", evaluation.outcome},
+          {"responses", std::move(responses)},
+          {"chi2", Number(evaluation.chi2)},
+          {"best_chi2", Number(evaluation.best_chi2)}};
+}
+
+json RunEntry(const EvaluationResult& evaluation, const RunResult& run) {
+  return {{"id", run.id},
+          {"evaluation", evaluation.id},
+          {"experiment", run.experiment},
+          {"replicate", run.replicate},
+          {"seed", run.seed},
+          {"program_hash", run.program_hash},
+          {"outcome", run.reason},
+          {"message", run.message},
+          {"wall_s", Number(run.wall_seconds)},
+          {"responses", Numbers(run.responses)},
+          {"diagnostics", Numbers(run.diagnostics)},
+          {"law", run.law}};
+}
+
+const char* VerdictName(GroupComparison::Verdict verdict) {
+  switch (verdict) {
+    case GroupComparison::Verdict::matched:
+      return "matched";
+    case GroupComparison::Verdict::off:
+      return "off";
+    case GroupComparison::Verdict::violated:
+      return "violated";
+    case GroupComparison::Verdict::unknown:
+      break;
+  }
+  return "unknown";
+}
+
+json PiGroups(const std::vector<ScalingTable>& tables) {
+  json list = json::array();
+  for (const ScalingTable& table : tables) {
+    json groups = json::array();
+    for (const GroupComparison& group : table.groups) {
+      groups.push_back({{"symbol", group.symbol},
+                        {"meaning", group.meaning},
+                        {"experiment", Number(group.experiment)},
+                        {"simulation", Number(group.simulation)},
+                        {"ratio", Number(group.ratio)},
+                        {"verdict", VerdictName(group.verdict)},
+                        {"remark", group.remark}});
+    }
+    list.push_back({{"experiment", table.experiment}, {"groups", std::move(groups)}});
+  }
+  return list;
+}
+
+}  // namespace
+
+json ResultsToJson(const StudyResults& results) {
+  const EvaluationResult* best = BestEvaluation(results);
+  json history = json::array();
+  json failures = json::array();
+  json runs = json::array();
+  for (const EvaluationResult& evaluation : results.history) {
+    history.push_back(HistoryEntry(evaluation));
+    if (evaluation.outcome != "ok") {
+      failures.push_back({{"evaluation", evaluation.id},
+                          {"outcome", evaluation.outcome},
+                          {"message", evaluation.message}});
+    }
+    for (const RunResult& run : evaluation.runs) runs.push_back(RunEntry(evaluation, run));
+  }
+  const std::optional<double> overhead =
+      results.wall_seconds > 0 ? std::optional(results.overhead_seconds / results.wall_seconds)
+                               : std::nullopt;
+  json root = {
+      {"schema", 1},
+      {"powdercal", {{"version", results.program_version}}},
+      {"study", StudyObject(results)},
+      {"status",
+       {{"state", results.state},
+        {"stop_reason", results.stop_reason},
+        {"converged", results.converged}}},
+      {"optimizer", {{"name", results.optimizer}, {"description", results.optimizer_description}}},
+      {"backend", BackendObject(results)},
+      {"evaluations",
+       {{"total", results.total},
+        {"ok", results.ok},
+        {"failed", results.failed},
+        {"cached", results.cached}}},
+      {"best", best ? FittedPoint(*best) : json(nullptr)},
+      {"pareto", Pareto(results)},
+      {"history", std::move(history)},
+      {"failures", std::move(failures)},
+      {"runs", std::move(runs)},
+      {"pi_groups", PiGroups(results.scaling_tables)},
+      {"caveats", Caveats(results)},
+      {"warnings", results.warnings},
+      {"wall_s", Number(results.wall_seconds)},
+      {"simulation_s", Number(results.simulation_seconds)},
+      {"overhead_s", Number(results.overhead_seconds)},
+      {"overhead_fraction", Number(overhead)},
+      {"parallel", results.parallel}};
+  if (!results.simulated) root["notice"] = NoSimulationNotice(results);
+  return root;
+}
+
+std::string JsonText(const json& value) {
+  return value.dump(2, ' ', false, json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace powdercal

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "studies/results.h"
+
+namespace powdercal {
+
+/// results.json, schema 1 (docs/results.md). Numbers in SI, not-finite ones as null. `history` is a
+/// function of the study and its seed alone: no times, no paths, no run ids, nothing of whether the
+/// study was interrupted; those are in `runs` and `failures`.
+nlohmann::json ResultsToJson(const StudyResults& results);
+
+/// JSON text, indented, ending in a newline; bytes that are not UTF-8 are replaced.
+std::string JsonText(const nlohmann::json& json);
+
+}  // namespace powdercal

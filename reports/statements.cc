@@ -1,0 +1,200 @@
+#include "reports/statements.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "reports/text.h"
+
+namespace powdercal {
+namespace {
+
+std::string Capitalised(std::string text) {
+  if (!text.empty() && text[0] >= 'a' && text[0] <= 'z') text[0] = static_cast<char>(text[0] - 32);
+  return text;
+}
+
+std::string WithFullStop(std::string text) {
+  if (!text.empty() && text.back() != '.' && text.back() != '!') text += '.';
+  return text;
+}
+
+std::string Sentence(const std::string& text) { return Capitalised(WithFullStop(text)); }
+
+// "a", "a and b", "a, b and c".
+std::string Enumerated(const std::vector<std::string>& items) {
+  if (items.size() < 2) return items.empty() ? "" : items[0];
+  return fmt::format("{} and {}", fmt::join(items.begin(), items.end() - 1, ", "), items.back());
+}
+
+// "void ratio", with the experiment where another experiment has a response of that name.
+std::string ResponseTitle(const ResponseResult& response, const std::vector<ResponseResult>& all) {
+  const std::string name = ReadableName(response.name);
+  const auto same = std::count_if(all.begin(), all.end(), [&](const ResponseResult& other) {
+    return ReadableName(other.name) == name;
+  });
+  if (same < 2) return name;
+  return name + " of " + response.name.substr(0, response.name.rfind('.'));
+}
+
+// A parameter within 1 % of the end of its searched range, or "".
+std::string EdgeOfRange(const Parameter& parameter, double value) {
+  const bool logarithmic = parameter.logarithmic && parameter.lower > 0 && value > 0;
+  const auto map = [&](double x) { return logarithmic ? std::log(x) : x; };
+  const double u =
+      (map(value) - map(parameter.lower)) / (map(parameter.upper) - map(parameter.lower));
+  if (!(u < 0.01) && !(u > 0.99)) return "";
+  return fmt::format(
+      "{} lies at the {} end of the range that was searched ({}): the best value may be outside "
+      "it.",
+      Capitalised(ReadableName(parameter.name)), u < 0.5 ? "lower" : "upper",
+      ValueText(u < 0.5 ? parameter.lower : parameter.upper, parameter.unit));
+}
+
+void AddFitCaveats(const StudyResults& results, const EvaluationResult& best,
+                   std::vector<std::string>& caveats) {
+  if (best.responses.size() < results.parameters.size()) {
+    caveats.push_back(fmt::format(
+        "{} were fitted to {}: other combinations fit as well, and these values are one of a "
+        "family. An experiment of another kind would tell them apart.",
+        CountText(static_cast<int>(results.parameters.size()), "parameter"),
+        CountText(static_cast<int>(best.responses.size()), "response")));
+  }
+  for (const Parameter& parameter : results.parameters) {
+    const auto value = best.parameters.find(parameter.name);
+    if (value == best.parameters.end()) continue;
+    const std::string edge = EdgeOfRange(parameter, value->second);
+    if (!edge.empty()) caveats.push_back(edge);
+  }
+  const bool one_seed =
+      std::any_of(best.responses.begin(), best.responses.end(),
+                  [](const ResponseResult& r) { return r.simulated && r.replicates < 2; });
+  if (results.simulated && one_seed) {
+    caveats.push_back(
+        "The best point was simulated with one particle seed: how much its responses scatter from "
+        "seed to seed is not known.");
+  }
+}
+
+}  // namespace
+
+Fit JudgeFit(const ResponseResult& response) {
+  Fit fit;
+  fit.has_tolerance = response.tolerance.has_value();
+  const double seed_variance =
+      response.replicates > 1 ? response.seed_sd * response.seed_sd / response.replicates : 0;
+  fit.limit = fit.has_tolerance ? *response.tolerance
+                                : 2 * std::sqrt(response.sd * response.sd + seed_variance);
+  if (!response.simulated || !std::isfinite(*response.simulated)) return fit;
+  fit.deviation = *response.simulated - response.observed;
+  fit.within = std::abs(*fit.deviation) < fit.limit;
+  return fit;
+}
+
+const EvaluationResult* BestEvaluation(const StudyResults& results) {
+  if (!results.best || *results.best >= results.history.size()) return nullptr;
+  return &results.history[*results.best];
+}
+
+std::vector<ResponseResult> TargetResponses(const StudyResults& results) {
+  if (const EvaluationResult* best = BestEvaluation(results)) return best->responses;
+  for (const EvaluationResult& evaluation : results.history) {
+    if (evaluation.responses.empty()) continue;
+    std::vector<ResponseResult> targets = evaluation.responses;
+    for (ResponseResult& target : targets) {
+      target.simulated.reset();
+      target.seed_sd = 0;
+      target.replicates = 0;
+    }
+    return targets;
+  }
+  return {};
+}
+
+Conclusion Conclude(const StudyResults& results) {
+  Conclusion conclusion;
+  if (!results.stop_reason.empty())
+    conclusion.detail = "Stopped: " + WithFullStop(results.stop_reason);
+  if (results.state == "interrupted") {
+    conclusion.detail = "The study was interrupted and can be resumed. " + conclusion.detail;
+  } else if (results.state == "running") {
+    conclusion.detail = "The study is still running. " + conclusion.detail;
+  }
+  const EvaluationResult* best = BestEvaluation(results);
+  if (best == nullptr) {
+    conclusion.headline =
+        results.total == 0
+            ? "Nothing was calibrated: no evaluation has ended yet."
+            : fmt::format("Nothing was calibrated: {}.",
+                          results.total == 1
+                              ? std::string("the only evaluation failed")
+                              : fmt::format("all {} evaluations failed", results.total));
+    return conclusion;
+  }
+  std::vector<std::string> missed;
+  bool tolerances = !best->responses.empty();
+  for (const ResponseResult& response : best->responses) {
+    const Fit fit = JudgeFit(response);
+    tolerances = tolerances && fit.has_tolerance;
+    if (!fit.within) missed.push_back(ResponseTitle(response, best->responses));
+  }
+  const std::string limit = tolerances ? "the tolerance" : "the accepted deviation";
+  if (missed.empty()) {
+    conclusion.kind = results.simulated ? Conclusion::Kind::fits : Conclusion::Kind::rehearsal;
+    const std::string what =
+        best->responses.size() == 1
+            ? fmt::format("the {} comes", ResponseTitle(best->responses[0], best->responses))
+            : fmt::format("all {} responses come", best->responses.size());
+    conclusion.headline = fmt::format(
+        "{}: {} out within {}.",
+        results.simulated ? "Calibrated" : "Target reached, without simulating", what, limit);
+    return conclusion;
+  }
+  conclusion.kind = Conclusion::Kind::misses;
+  const std::string which =
+      missed.size() > 3
+          ? fmt::format("{} of {} responses are", missed.size(), best->responses.size())
+          : Enumerated(missed) + (missed.size() == 1 ? " is" : " are");
+  conclusion.headline =
+      fmt::format("Not calibrated: {} outside {} at the best point.", which, limit);
+  return conclusion;
+}
+
+std::string NoSimulationNotice(const StudyResults& results) {
+  if (results.simulated) return "";
+  return fmt::format(
+      "no simulation was run: the {} backend answered from known results, through a fitted "
+      "surrogate. The figures show how the search behaves, not how the powder does.",
+      results.backend);
+}
+
+std::vector<std::string> Caveats(const StudyResults& results) {
+  std::vector<std::string> caveats;
+  if (!results.simulated) caveats.push_back(Sentence(NoSimulationNotice(results)));
+  const EvaluationResult* best = BestEvaluation(results);
+  const Conclusion conclusion = Conclude(results);
+  if (conclusion.kind == Conclusion::Kind::misses || conclusion.kind == Conclusion::Kind::nothing)
+    caveats.push_back(conclusion.headline);
+  if (results.state != "finished" && !results.state.empty()) {
+    caveats.push_back(fmt::format("The study is {}: the result is provisional.", results.state));
+  }
+  if (best != nullptr) AddFitCaveats(results, *best, caveats);
+  for (const ScalingTable& table : results.scaling_tables) {
+    for (const GroupComparison& group : table.groups) {
+      if (group.verdict != GroupComparison::Verdict::violated) continue;
+      const std::string remark = !group.remark.empty() ? group.remark
+                                 : group.ratio ? fmt::format("{} times the laboratory's value",
+                                                             NumberText(*group.ratio, 3))
+                                               : std::string("not the laboratory's value");
+      caveats.push_back(fmt::format("{}, {}: {}", Capitalised(table.experiment),
+                                    SymbolText(group.symbol), WithFullStop(remark)));
+    }
+  }
+  for (const std::string& warning : results.warnings) caveats.push_back(Sentence(warning));
+  return caveats;
+}
+
+}  // namespace powdercal

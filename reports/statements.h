@@ -1,0 +1,50 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "studies/results.h"
+
+namespace powdercal {
+
+/// How far a response is from its observation, and whether that is near enough.
+struct Fit {
+  std::optional<double> deviation;  ///< simulated − observed, SI; empty: nothing was simulated
+  double limit = 0;                 ///< SI, |deviation| below this counts as a fit
+  bool has_tolerance = false;  ///< limit is the study's tolerance, else two standard deviations
+  bool within = false;
+};
+
+/// The limit is the study's tolerance or, where it gives none, two standard deviations of the
+/// difference: 2 √(sd² + seed_sd²/replicates).
+Fit JudgeFit(const ResponseResult& response);
+
+/// The best evaluation, or nullptr.
+const EvaluationResult* BestEvaluation(const StudyResults& results);
+
+/// The study's targets, as far as the evaluations name them: of the best evaluation, or of the
+/// first that has any. Without a best evaluation nothing is `simulated`.
+std::vector<ResponseResult> TargetResponses(const StudyResults& results);
+
+/// What a reader should take away, in one or two plain sentences.
+struct Conclusion {
+  enum class Kind {
+    fits,       ///< every response is near enough to its observation
+    rehearsal,  ///< the same, but no simulation was run
+    misses,     ///< there is a best point, and it is not near enough
+    nothing,    ///< there is no best point
+  };
+  Kind kind = Kind::nothing;
+  std::string headline;  ///< "Calibrated: the void ratio comes out within the tolerance."
+  std::string detail;    ///< why the study ended
+};
+Conclusion Conclude(const StudyResults& results);
+
+/// "no simulation was run: …", or "" when simulations were.
+std::string NoSimulationNotice(const StudyResults& results);
+
+/// Reasons to be careful with the result, as sentences; empty when there are none.
+std::vector<std::string> Caveats(const StudyResults& results);
+
+}  // namespace powdercal

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace powdercal {
+
+/// The text with &, <, >, " and ' as entities, bytes that are not UTF-8 and control characters
+/// replaced: safe as an element's content and inside a quoted attribute.
+std::string EscapeHtml(std::string_view text);
+
+/// "consolidation.void_ratio" → "void ratio", "cohesion_energy_density" → "cohesion energy
+/// density".
+std::string ReadableName(std::string_view name);
+
+/// "J/m3" → "J/m³", "um" → "µm", "1" → "".
+std::string PrettyUnit(std::string_view unit);
+
+/// Names of Greek letters and subscripts as people write them: "mu_r" → "μᵣ", "sigma/E" → "σ/E";
+/// with markup, subscripts are <sub> elements and all else is escaped.
+std::string SymbolText(std::string_view symbol);
+std::string SymbolHtml(std::string_view symbol);
+
+/// A number for people: `digits` significant digits, integer digits never rounded away, powers of
+/// ten as ×10ⁿ outside 1e-4 … 1e6. "—" where it is not finite.
+std::string NumberText(double value, int digits = 4);
+
+/// The number and, where there is one, the unit: "47500 J/m³".
+std::string ValueText(double value, std::string_view unit, int digits = 4);
+
+/// "12.3 s", "4 min 10 s", "2 h 3 min".
+std::string DurationText(double seconds);
+
+/// "1 evaluation", "3 evaluations".
+std::string CountText(int count, std::string_view singular, std::string_view plural = "");
+
+}  // namespace powdercal

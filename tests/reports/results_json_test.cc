@@ -1,0 +1,112 @@
+#include "reports/results_json.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "tests/reports/sample_studies.h"
+
+namespace powdercal {
+namespace {
+
+using nlohmann::json;
+
+TEST(ResultsJsonTest, HasTheKeysOfSchema1) {
+  const json root = ResultsToJson(QuickstartSample());
+  EXPECT_EQ(root.at("schema"), 1);
+  for (const char* key :
+       {"study", "optimizer", "backend", "evaluations", "best", "pareto", "history", "runs",
+        "failures", "pi_groups", "wall_s", "simulation_s", "overhead_s"}) {
+    EXPECT_TRUE(root.contains(key)) << key;
+  }
+  EXPECT_FALSE(root.contains("notice"));
+  EXPECT_EQ(root.at("study").at("name"), "quickstart");
+  EXPECT_EQ(root.at("optimizer").at("name"), "bayesian");
+  EXPECT_EQ(root.at("backend").at("version"), "3.8.0");
+  EXPECT_EQ(root.at("backend").at("simulated"), true);
+  EXPECT_EQ(root.at("evaluations"),
+            json({{"total", 14}, {"ok", 12}, {"failed", 2}, {"cached", 0}}));
+  EXPECT_NEAR(root.at("overhead_fraction").get<double>(), 3.1 / 412.6, 1e-12);
+}
+
+TEST(ResultsJsonTest, BestHasParametersResponsesAndChi2) {
+  const StudyResults results = QuickstartSample();
+  const json best = ResultsToJson(results).at("best");
+  EXPECT_EQ(best.at("evaluation"), results.history[*results.best].id);
+  EXPECT_EQ(best.at("parameters").at("cohesion_energy_density"), 55400.0);
+  const json& response = best.at("responses").at("consolidation.void_ratio");
+  EXPECT_EQ(response.at("observed"), 0.783);
+  EXPECT_EQ(response.at("sd"), 0.01);
+  EXPECT_EQ(response.at("unit"), "1");
+  EXPECT_EQ(response.at("within"), true);
+  EXPECT_NEAR(response.at("simulated").get<double>(), 0.7789, 1e-4);
+  EXPECT_EQ(best.at("chi2"), *results.history[*results.best].chi2);
+}
+
+TEST(ResultsJsonTest, HistoryDoesNotDependOnTimeRunsOrInterruption) {
+  StudyResults results = QuickstartSample();
+  const json history = ResultsToJson(results).at("history");
+  results.wall_seconds *= 3;
+  results.cached = 5;
+  results.state = "interrupted";
+  results.program_version = "9";
+  results.backend_version = "other";
+  for (EvaluationResult& evaluation : results.history) {
+    evaluation.message += " after 12.3 s on node7";
+    for (RunResult& run : evaluation.runs) {
+      run.id += 100;
+      run.wall_seconds *= 2;
+      run.message = "other";
+    }
+    evaluation.runs.resize(evaluation.runs.size() / 2);
+  }
+  EXPECT_EQ(ResultsToJson(results).at("history").dump(), history.dump());
+  EXPECT_EQ(history.size(), 14u);
+  EXPECT_EQ(history[1].at("outcome"), "not_quasi_static");
+  EXPECT_TRUE(history[1].at("chi2").is_null());
+}
+
+TEST(ResultsJsonTest, RunsAndFailuresHoldTheDetails) {
+  const json root = ResultsToJson(QuickstartSample());
+  EXPECT_EQ(root.at("runs").size(), 28u);
+  EXPECT_EQ(root.at("runs")[0].at("evaluation"), 0);
+  EXPECT_EQ(root.at("runs")[0].at("wall_s"), 28.4);
+  ASSERT_EQ(root.at("failures").size(), 2u);
+  EXPECT_THAT(root.at("failures")[1].at("message").get<std::string>(), testing::HasSubstr("600 s"));
+}
+
+TEST(ResultsJsonTest, SaysThatNothingWasSimulated) {
+  const json root = ResultsToJson(TableSample());
+  EXPECT_THAT(root.at("notice").get<std::string>(), testing::StartsWith("no simulation was run: "));
+  EXPECT_EQ(root.at("backend").at("simulated"), false);
+}
+
+TEST(ResultsJsonTest, WithoutABestThereIsNull) {
+  const json root = ResultsToJson(FailedSample());
+  EXPECT_TRUE(root.at("best").is_null());
+  EXPECT_EQ(root.at("evaluations").at("ok"), 0);
+  EXPECT_EQ(root.at("study").at("targets")[0].at("observed"), 0.783);
+  EXPECT_EQ(ResultsToJson(StudyResults{}).at("history"), json::array());
+}
+
+TEST(ResultsJsonTest, ParetoPointsAreWrittenOut) {
+  StudyResults results = JointSample();
+  results.pareto = {3, 9};
+  const json pareto = ResultsToJson(results).at("pareto");
+  ASSERT_EQ(pareto.size(), 2u);
+  EXPECT_EQ(pareto[1].at("evaluation"), 9);
+  EXPECT_EQ(pareto[1].at("responses").size(), 3u);
+}
+
+TEST(ResultsJsonTest, TextIsAlwaysValidJson) {
+  StudyResults results = QuickstartSample();
+  results.description = "bytes \xFF\xFE";
+  results.history[0].runs[0].diagnostics["nan"] = std::numeric_limits<double>::quiet_NaN();
+  const json read = json::parse(JsonText(ResultsToJson(results)));
+  EXPECT_TRUE(read.at("runs")[0].at("diagnostics").at("nan").is_null());
+  EXPECT_EQ(read.at("best").at("parameters").at("rolling_friction").get<double>(), 0.66);
+}
+
+}  // namespace
+}  // namespace powdercal

@@ -1,0 +1,20 @@
+#pragma once
+
+#include "studies/results.h"
+
+namespace powdercal {
+
+/// Studies made up for the tests of reports/; their figures are of the paper's order.
+
+/// k and μr against one void ratio, 14 evaluations, two of them failed, as of a LIGGGHTS study.
+StudyResults QuickstartSample();
+/// The same, answered by the table backend.
+StudyResults TableSample();
+/// Three evaluations, all of which failed.
+StudyResults FailedSample();
+/// Three parameters, one of them on a logarithmic scale, and three responses in two units.
+StudyResults JointSample();
+/// One parameter, one response.
+StudyResults LineSample();
+
+}  // namespace powdercal
