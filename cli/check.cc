@@ -1,0 +1,170 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "cli/commands.h"
+#include "cli/text.h"
+#include "core/quantity.h"
+#include "studies/planner.h"
+#include "studies/run_directory.h"
+
+namespace powdercal::cli {
+namespace {
+
+using nlohmann::json;
+
+std::vector<double> CentreOf(const SearchSpace& space) {
+  const Eigen::VectorXd middle = Eigen::VectorXd::Constant(space.dimension(), 0.5);
+  const Eigen::VectorXd values = space.FromUnit(middle);
+  return {values.begin(), values.end()};
+}
+
+// What would stop `run`, or "".
+std::string ExplainBlocked(Study& study, const Planner& planner,
+                           const std::filesystem::path& folder) {
+  const Availability& availability = planner.availability();
+  if (!availability.available) {
+    return fmt::format("backend '{}' is not available: {}", study.backend.backend->name(),
+                       availability.why_not);
+  }
+  if (const std::string reason = planner.ExplainUnsupported(); !reason.empty()) return reason;
+  return RunDirectory::Explain(folder, study.Fingerprint());
+}
+
+std::string DescribeProgram(const Program& program) {
+  const Materials& m = program.materials;
+  const double rayleigh = RayleighTime(program.particles.sizes.Quantile(0) / 2, m.density,
+                                       m.young_modulus, m.poisson_ratio);
+  return fmt::format(
+      "  {}: {} particles, cell {} wide, E = {}, time step {} ({:.2g} of the Rayleigh time)\n"
+      "    law: {}\n",
+      program.experiment, program.particles.count,
+      HumanQuantity(program.domain.upper[0] - program.domain.lower[0], "m"),
+      HumanQuantity(m.young_modulus, "Pa"), HumanQuantity(program.time_step, "s", 3),
+      program.time_step / rayleigh, program.law.ToString());
+}
+
+void PrintText(Study& study, const Planner& planner, const std::string& blocked) {
+  fmt::print("# resolved study\n{}\n# plan\n", study.ToYaml());
+  const std::vector<double> centre = CentreOf(study.space);
+  for (const PlannedRun& run : planner.Plan(centre, 0))
+    fmt::print("{}", DescribeProgram(run.program));
+  const Backend& backend = *study.backend.backend;
+  const Availability& availability = planner.availability();
+  fmt::print("  backend: {} {}\n  optimizer: {}\n", backend.name(),
+             availability.available ? availability.version : "(absent)",
+             study.optimizer->Describe());
+  fmt::print("\n# scaling '{}': {}\n", study.scaling->name(), study.scaling->Describe());
+  if (study.scaling->ExplainUnsupported(planner.Laboratory(0)).empty()) {
+    for (const ScalingTable& table : planner.ScalingTables(centre)) {
+      fmt::print("  {} at {}\n{}", table.experiment, DescribePoint(study.space.parameters, centre),
+                 GroupTable(table));
+    }
+  }
+  const Planner::Cost cost = planner.EstimateCost();
+  fmt::print("\n# cost (right within a factor of about 2)\n  {} runs", cost.runs);
+  if (backend.simulates()) {
+    fmt::print(", {:.2g} steps and {} each, {} in all with {} at a time\n", cost.steps_per_run,
+               Duration(cost.seconds_per_run), Duration(cost.seconds), study.parallel());
+  } else {
+    fmt::print("; {}\n", kNoSimulation);
+  }
+  for (const std::string& warning : study.warnings) fmt::print("warning: {}\n", warning);
+  if (blocked.empty()) {
+    fmt::print("\nready to run\n");
+  } else {
+    fmt::print(stderr, "powdercal: {}\n", blocked);
+  }
+}
+
+json GroupsToJson(const std::vector<ScalingTable>& tables) {
+  const auto number = [](const std::optional<double>& value) {
+    return value ? json(*value) : json();
+  };
+  json object = json::object();
+  for (const ScalingTable& table : tables) {
+    json groups = json::array();
+    for (const GroupComparison& group : table.groups) {
+      groups.push_back({{"symbol", group.symbol},
+                        {"meaning", group.meaning},
+                        {"experiment", number(group.experiment)},
+                        {"simulation", number(group.simulation)},
+                        {"ratio", number(group.ratio)},
+                        {"verdict", ToString(group.verdict)},
+                        {"remark", group.remark}});
+    }
+    object[table.experiment] = groups;
+  }
+  return object;
+}
+
+void PrintJson(Study& study, const Planner& planner, const std::string& blocked) {
+  const Planner::Cost cost = planner.EstimateCost();
+  json programs = json::array();
+  for (const PlannedRun& run : planner.Plan(CentreOf(study.space), 0)) {
+    programs.push_back({{"experiment", run.program.experiment},
+                        {"particles", run.program.particles.count},
+                        {"time_step", run.program.time_step},
+                        {"law", run.program.law.ToString()},
+                        {"hash", run.program_hash}});
+  }
+  json groups = json::object();
+  if (study.scaling->ExplainUnsupported(planner.Laboratory(0)).empty()) {
+    groups = GroupsToJson(planner.ScalingTables(CentreOf(study.space)));
+  }
+  const Availability& availability = planner.availability();
+  const json document = {{"schema", 1},
+                         {"study", study.name},
+                         {"fingerprint", study.Fingerprint()},
+                         {"resolved", study.ToYaml()},
+                         {"ready", blocked.empty()},
+                         {"problem", blocked},
+                         {"warnings", study.warnings},
+                         {"backend",
+                          {{"name", study.backend.backend->name()},
+                           {"available", availability.available},
+                           {"version", availability.version},
+                           {"simulates", study.backend.backend->simulates()}}},
+                         {"programs", programs},
+                         {"groups", groups},
+                         {"cost",
+                          {{"runs", cost.runs},
+                           {"steps_per_run", cost.steps_per_run},
+                           {"seconds_per_run", cost.seconds_per_run},
+                           {"seconds", cost.seconds}}}};
+  fmt::print("{}\n", document.dump(2));
+}
+
+}  // namespace
+
+void AddCheck(CLI::App& program, int& status) {
+  CLI::App* command = program.add_subcommand(
+      "check", "Print the resolved study, the plan, the Pi groups and the cost; start nothing.");
+  struct Options {
+    StudyOptions study;
+    std::string folder;
+    bool json = false;
+  };
+  auto options = std::make_shared<Options>();
+  options->study.Declare(*command);
+  command->add_option("--out", options->folder, "run folder that `run` would use")
+      ->type_name("FOLDER");
+  command->add_flag("--json", options->json, "for machines");
+  command->callback([options, &status] {
+    Study study = options->study.Load();
+    const Planner planner(study);
+    const std::filesystem::path folder = options->folder.empty()
+                                             ? options->study.DefaultFolder(study)
+                                             : std::filesystem::path(options->folder);
+    const std::string blocked = ExplainBlocked(study, planner, folder);
+    if (options->json) {
+      PrintJson(study, planner, blocked);
+    } else {
+      PrintText(study, planner, blocked);
+    }
+    status = blocked.empty() ? kDone : kBadInput;
+  });
+}
+
+}  // namespace powdercal::cli

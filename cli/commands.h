@@ -1,0 +1,51 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "studies/study.h"
+
+namespace powdercal::cli {
+
+/// What the program returns to the shell.
+enum ExitStatus : int {
+  kDone = 0,         ///< done
+  kFellShort = 1,    ///< the study failed, or a check fell short
+  kBadInput = 2,     ///< nothing was started
+  kInterrupted = 3,  ///< stopped before its end; the same command goes on
+};
+
+/// Options that change a study from the command line, shared by all commands that read one.
+class StudyOptions {
+ public:
+  /// Declares STUDY, --set and the named shorthands.
+  void Declare(CLI::App& command);
+  Study Load() const;
+  /// Where `run` keeps the study unless --out says otherwise: runs/NAME, with the seed if it was
+  /// given.
+  std::filesystem::path DefaultFolder(const Study& study) const;
+
+ private:
+  Overrides Collect() const;
+
+  std::string file_;
+  std::vector<std::string> sets_;
+  std::map<std::string, std::string> shorthands_;  // key path → value; "" when not given
+  bool deterministic_ = false;
+};
+
+/// Each declares a subcommand; `status` receives what it returns once CLI11 has called it.
+void AddCheck(CLI::App& program, int& status);
+void AddList(CLI::App& program, int& status);
+void AddReport(CLI::App& program, int& status);
+void AddResume(CLI::App& program, int& status);
+void AddRun(CLI::App& program, int& status);
+void AddSimulate(CLI::App& program, int& status);
+
+/// Runs or resumes a study in `folder`, with progress, and writes its reports.
+int RunStudy(Study& study, const std::filesystem::path& folder, bool json);
+
+}  // namespace powdercal::cli

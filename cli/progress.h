@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstdio>
+#include <string>
+
+#include "studies/runner.h"
+
+namespace powdercal::cli {
+
+/// Shows a study's progress on stderr: a line for each evaluation and each failed run, and on a
+/// terminal a status line below them that is redrawn in place.
+class ProgressDisplay final : public ProgressListener {
+ public:
+  explicit ProgressDisplay(const Study& study);
+  ~ProgressDisplay() override;
+
+  void OnResume(int evaluations) override;
+  void OnRun(const LedgerRun& run, const Progress& progress) override;
+  void OnEvaluation(const LedgerCandidate& candidate, const ReducedResponses& responses,
+                    const Outcome& failure, const Progress& progress) override;
+  void OnTick(const Progress& progress) override;
+
+ private:
+  void Line(const std::string& text);
+  void ClearStatus();
+
+  const Study& study_;
+  Objectives objectives_;
+  bool terminal_;
+  bool status_shown_ = false;
+};
+
+}  // namespace powdercal::cli

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <stop_token>
+#include <thread>
+
+namespace powdercal::cli {
+
+/// Turns SIGINT and SIGTERM into a stop request while it lives; a second signal ends the process at
+/// once (nothing that finished is lost then either). Create it before any other thread.
+class SignalStop {
+ public:
+  SignalStop();
+  ~SignalStop();
+
+  std::stop_token token() const { return stop_.get_token(); }
+
+ private:
+  std::stop_source stop_;
+  std::jthread thread_;
+};
+
+}  // namespace powdercal::cli

@@ -1,0 +1,195 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "cli/commands.h"
+#include "cli/signals.h"
+#include "cli/text.h"
+#include "core/quantity.h"
+#include "studies/executor.h"
+#include "studies/planner.h"
+
+namespace powdercal::cli {
+namespace {
+
+using nlohmann::json;
+
+struct Options {
+  StudyOptions study;
+  std::vector<std::string> parameters;
+  std::optional<std::uint64_t> particle_seed;
+  int replicates = 1;
+  std::string folder;
+  bool json = false;
+};
+
+// "k=47500" or "cohesion_energy_density=47.5 kJ/m3": names or symbols; a bare number is in SI.
+std::vector<double> ReadParameters(const Study& study, const std::vector<std::string>& texts) {
+  const auto& known = study.space.parameters;
+  std::vector<std::optional<double>> values(known.size());
+  for (const std::string& text : texts) {
+    const std::size_t equals = text.find('=');
+    const std::string name = text.substr(0, equals);
+    const auto found = std::find_if(known.begin(), known.end(), [&](const Parameter& p) {
+      return p.name == name || p.symbol == name;
+    });
+    if (equals == std::string::npos || found == known.end()) {
+      std::vector<std::string> names;
+      for (const Parameter& p : known) names.push_back(p.name);
+      throw UnknownName("parameter", name, names, {.location = {"command line"}});
+    }
+    const Quantity quantity = Quantity::Parse(text.substr(equals + 1));
+    const double value = quantity.dimension.dimensionless()
+                             ? quantity.si
+                             : ParseQuantity(text.substr(equals + 1), found->unit);
+    values[static_cast<std::size_t>(found - known.begin())] = value;
+  }
+  std::vector<double> result;
+  for (std::size_t i = 0; i < known.size(); ++i) {
+    if (!values[i]) {
+      throw InputError(fmt::format("missing parameter '{}'; give it as -p {}=VALUE", known[i].name,
+                                   known[i].symbol),
+                       {.location = {"command line"}});
+    }
+    result.push_back(*values[i]);
+  }
+  return result;
+}
+
+json ToJson(const LedgerRun& run) {
+  json responses = json::object();
+  for (const auto& [name, response] : run.measurement.responses) responses[name] = response.value;
+  json diagnostics = run.measurement.diagnostics;
+  diagnostics["steps"] = run.diagnostics.steps;
+  diagnostics["time_step"] = run.diagnostics.time_step;
+  diagnostics["kinetic_energy_ratio"] = run.diagnostics.kinetic_energy_ratio;
+  return {{"experiment", run.experiment},
+          {"seed", run.seed},
+          {"outcome", ToString(run.outcome.reason)},
+          {"message", run.outcome.message},
+          {"responses", responses},
+          {"diagnostics", diagnostics},
+          {"law", run.diagnostics.law},
+          {"program_hash", run.program_hash},
+          {"backend", run.backend},
+          {"backend_version", run.backend_version},
+          {"wall_s", run.diagnostics.wall_seconds}};
+}
+
+void PrintText(const LedgerRun& run) {
+  fmt::print("{}, particle seed {}: {}{}{} ({} {}, {:.2f} s)\n", run.experiment, run.seed,
+             ToString(run.outcome.reason), run.outcome.message.empty() ? "" : ", ",
+             run.outcome.message, run.backend, run.backend_version, run.diagnostics.wall_seconds);
+  std::vector<std::vector<std::string>> rows;
+  for (const auto& [name, response] : run.measurement.responses) {
+    rows.push_back({name, fmt::format("{:.6g}", response.value)});
+  }
+  if (!rows.empty()) fmt::print(" responses (SI)\n{}", AlignedTable(rows));
+  rows.clear();
+  for (const auto& [name, value] : run.measurement.diagnostics) {
+    rows.push_back({name, fmt::format("{:.6g}", value)});
+  }
+  rows.push_back({"steps", fmt::format("{}", run.diagnostics.steps)});
+  rows.push_back({"time_step", fmt::format("{:.4g}", run.diagnostics.time_step)});
+  rows.push_back(
+      {"kinetic_energy_ratio", fmt::format("{:.3g}", run.diagnostics.kinetic_energy_ratio)});
+  rows.push_back({"law", run.diagnostics.law});
+  fmt::print(" diagnostics (SI)\n{}", AlignedTable(rows));
+}
+
+int Simulate(const Options& options) {
+  const Study study = options.study.Load();
+  const Planner planner(study);
+  if (!planner.availability().available) {
+    throw InputError(fmt::format("backend '{}' is not available: {}", study.backend.backend->name(),
+                                 planner.availability().why_not));
+  }
+  if (const std::string reason = planner.ExplainUnsupported(); !reason.empty()) {
+    throw InputError(reason, {.location = {study.file}});
+  }
+  const std::vector<double> values = ReadParameters(study, options.parameters);
+  SignalStop signals;
+  const bool keep = !options.folder.empty();
+  const std::filesystem::path folder =
+      keep ? std::filesystem::path(options.folder)
+           : std::filesystem::temp_directory_path() / fmt::format("powdercal-{}", getpid());
+  LocalExecutor executor(study.parallel());
+  std::int64_t submitted = 0;
+  for (int replicate = 0; replicate < options.replicates; ++replicate) {
+    std::optional<std::uint64_t> seed = options.particle_seed;
+    if (seed) *seed += static_cast<std::uint64_t>(replicate);
+    for (const PlannedRun& run : planner.Plan(values, replicate, seed)) {
+      RunContext context{
+          .work_folder = folder / fmt::format("{}-{}", run.program.experiment, replicate),
+          .keep_files = keep};
+      if (study.budget.run_timeout) {
+        context.time_limit = std::chrono::duration<double>(*study.budget.run_timeout);
+      }
+      executor.Submit(submitted++, [&planner, run, context](std::stop_token stop) mutable {
+        context.stop = std::move(stop);
+        return planner.Execute(run, context);
+      });
+    }
+  }
+  if (!study.backend.backend->simulates()) fmt::print(stderr, "{}\n", kNoSimulation);
+  std::map<std::int64_t, LedgerRun> runs;
+  while (static_cast<std::int64_t>(runs.size()) < submitted) {
+    if (signals.token().stop_requested()) executor.Cancel();
+    auto finished = executor.Wait(std::chrono::milliseconds(200));
+    if (finished) runs.emplace(finished->ticket, std::move(finished->run));
+  }
+  json list = json::array();
+  bool ok = true;
+  for (const auto& [ticket, run] : runs) {
+    ok = ok && run.outcome.ok();
+    if (options.json) {
+      list.push_back(ToJson(run));
+    } else {
+      PrintText(run);
+    }
+  }
+  if (options.json) {
+    json document = {{"schema", 1},
+                     {"study", study.name},
+                     {"simulated", study.backend.backend->simulates()},
+                     {"runs", list}};
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      document["parameters"][study.space.parameters[i].name] = values[i];
+    }
+    fmt::print("{}\n", document.dump(2));
+  }
+  if (!keep && ok) {
+    std::error_code ignored;
+    std::filesystem::remove_all(folder, ignored);
+  } else if (study.backend.backend->simulates()) {
+    fmt::print(stderr, "files: {}\n", folder.string());
+  }
+  if (signals.token().stop_requested()) return kInterrupted;
+  return ok ? kDone : kFellShort;
+}
+
+}  // namespace
+
+void AddSimulate(CLI::App& program, int& status) {
+  CLI::App* command = program.add_subcommand(
+      "simulate", "Run the experiments of a study once, at given parameters; no calibration.");
+  auto options = std::make_shared<Options>();
+  options->study.Declare(*command);
+  command
+      ->add_option("-p,--parameter", options->parameters,
+                   "value of a free parameter by name or symbol, e.g. -p k=47500 -p mu_r=0.5; a "
+                   "bare number is in SI")
+      ->type_name("NAME=VALUE")
+      ->allow_extra_args(false);
+  command->add_option("--particle-seed", options->particle_seed,
+                      "seed of the first replicate's particles; the next ones count up");
+  command->add_option("--replicates", options->replicates, "number of particle seeds")
+      ->check(CLI::Range(1, 1000));
+  command->add_option("--out", options->folder, "keep the simulator's files in this folder")
+      ->type_name("FOLDER");
+  command->add_flag("--json", options->json, "for machines");
+  command->callback([options, &status] { status = Simulate(*options); });
+}
+
+}  // namespace powdercal::cli

@@ -1,0 +1,64 @@
+#include <fmt/format.h>
+
+#include "cli/commands.h"
+
+namespace powdercal::cli {
+namespace {
+
+struct Shorthand {
+  const char* option;
+  const char* key;
+  const char* help;
+};
+constexpr Shorthand kShorthands[] = {
+    {"--seed", "seed", "seed of the optimizer and the particles"},
+    {"--backend", "backend.name", "simulator (see `powdercal list backends`)"},
+    {"--fidelity", "backend.fidelity", "size of the simulations: quick, standard or paper"},
+    {"--optimizer", "optimizer.name", "see `powdercal list optimizers`"},
+    {"--evaluations", "budget.evaluations", "number of parameter points"},
+    {"--parallel", "budget.parallel", "simulations at a time; 0: one for each core"},
+    {"--wall-time", "budget.wall_time", "limit of the whole study, e.g. '2 h'"},
+    {"--run-timeout", "budget.run_timeout", "limit of one simulation, e.g. '10 min'"},
+};
+
+}  // namespace
+
+void StudyOptions::Declare(CLI::App& command) {
+  command.add_option("study", file_, "study file, or name of a shipped study")
+      ->required()
+      ->type_name("STUDY");
+  for (const Shorthand& shorthand : kShorthands) {
+    command.add_option(shorthand.option, shorthands_[shorthand.key], shorthand.help)
+        ->type_name("VALUE");
+  }
+  command.add_flag("--deterministic", deterministic_,
+                   "tell results in asking order, whatever finishes first");
+  command.add_option("--set", sets_, "any other key, e.g. --set 'optimizer.acquisition=ei'")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+}
+
+Overrides StudyOptions::Collect() const {
+  Overrides overrides;
+  for (const auto& [key, value] : shorthands_) {
+    if (!value.empty()) overrides[key] = value;
+  }
+  if (deterministic_) overrides["budget.deterministic"] = "true";
+  for (const std::string& text : sets_) {
+    const std::size_t equals = text.find('=');
+    if (equals == std::string::npos || equals == 0) {
+      throw InputError("expected --set KEY=VALUE", {.location = {"command line"}, .value = text});
+    }
+    overrides[text.substr(0, equals)] = text.substr(equals + 1);
+  }
+  return overrides;
+}
+
+Study StudyOptions::Load() const { return Study::Load(file_, Collect()); }
+
+std::filesystem::path StudyOptions::DefaultFolder(const Study& study) const {
+  const std::string& seed = shorthands_.at("seed");
+  return std::filesystem::path("runs") / (seed.empty() ? study.name : study.name + "-seed" + seed);
+}
+
+}  // namespace powdercal::cli

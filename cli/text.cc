@@ -1,0 +1,120 @@
+#include "cli/text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/quantity.h"
+#include "reports/statements.h"
+
+namespace powdercal::cli {
+namespace {
+
+// Characters, not bytes, of UTF-8.
+std::size_t Width(const std::string& text) {
+  return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) {
+    return (static_cast<unsigned char>(c) & 0xC0) != 0x80;
+  }));
+}
+
+std::string Number(const std::optional<double>& value) {
+  return value ? fmt::format("{:.3g}", *value) : "unknown";
+}
+
+std::string Response(const ResponseResult& response) {
+  if (!response.simulated) return fmt::format("  {}: no value\n", response.name);
+  const double deviation = *response.simulated - response.observed;
+  std::string text = fmt::format("  {} = {:.4g}", response.name, *response.simulated);
+  if (response.unit != "1") text += " " + response.unit;
+  if (response.replicates > 1) {
+    text += fmt::format(" (mean of {} seeds, standard deviation {:.2g})", response.replicates,
+                        response.seed_sd);
+  }
+  text += fmt::format(", observed {:.4g} ± {:.2g}, off by {:+.2g}", response.observed, response.sd,
+                      deviation);
+  if (response.tolerance) {
+    text += std::abs(deviation) < *response.tolerance
+                ? fmt::format(": within the tolerance of {:.2g}", *response.tolerance)
+                : fmt::format(": NOT within the tolerance of {:.2g}", *response.tolerance);
+  }
+  return text + "\n";
+}
+
+}  // namespace
+
+std::string DescribePoint(const std::vector<Parameter>& parameters,
+                          const std::vector<double>& values) {
+  std::string text;
+  for (std::size_t i = 0; i < parameters.size() && i < values.size(); ++i) {
+    if (i > 0) text += ", ";
+    text +=
+        fmt::format("{} = {}", parameters[i].symbol, HumanQuantity(values[i], parameters[i].unit));
+  }
+  return text;
+}
+
+std::string Duration(double seconds) {
+  const auto whole = static_cast<long long>(std::llround(std::max(0.0, seconds)));
+  if (whole >= 3600) return fmt::format("{} h {:02} min", whole / 3600, whole % 3600 / 60);
+  if (whole >= 60) return fmt::format("{} min {:02} s", whole / 60, whole % 60);
+  return fmt::format("{} s", whole);
+}
+
+std::string AlignedTable(const std::vector<std::vector<std::string>>& rows) {
+  std::vector<std::size_t> widths;
+  for (const auto& row : rows) {
+    widths.resize(std::max(widths.size(), row.size()));
+    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], Width(row[i]));
+  }
+  std::string text;
+  for (const auto& row : rows) {
+    std::string line;
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      line += "  " + row[i];
+      if (i + 1 < row.size()) line += std::string(widths[i] - Width(row[i]), ' ');
+    }
+    text += line + "\n";
+  }
+  return text;
+}
+
+std::string GroupTable(const ScalingTable& table) {
+  std::vector<std::vector<std::string>> rows = {
+      {"group", "experiment", "simulation", "ratio", "verdict", "meaning"}};
+  std::string remarks;
+  for (const GroupComparison& group : table.groups) {
+    rows.push_back({group.symbol, Number(group.experiment), Number(group.simulation),
+                    group.ratio ? fmt::format("{:.3g}", *group.ratio) : "-",
+                    ToString(group.verdict), group.meaning});
+    if (!group.remark.empty()) remarks += fmt::format("  {}: {}\n", group.symbol, group.remark);
+  }
+  return AlignedTable(rows) + (remarks.empty() ? "" : "\n" + remarks);
+}
+
+std::string Summary(const StudyResults& results) {
+  std::string text = fmt::format("{}: {} evaluations, {} ok, {} failed; {}\n", results.study,
+                                 results.total, results.ok, results.failed, results.stop_reason);
+  if (results.best) {
+    const EvaluationResult& best = results.history[*results.best];
+    text += "best:\n";
+    for (const Parameter& parameter : results.parameters) {
+      text += fmt::format("  {} ({}) = {}\n", parameter.name, parameter.symbol,
+                          HumanQuantity(best.parameters.at(parameter.name), parameter.unit));
+    }
+    for (const ResponseResult& response : best.responses) text += Response(response);
+    text += fmt::format("  chi2 = {:.3g}\n", best.chi2.value_or(0));
+  } else {
+    text += "no evaluation succeeded\n";
+  }
+  for (const std::string& caveat : Caveats(results)) text += "note: " + caveat + "\n";
+  const double wall = std::max(results.wall_seconds, 1e-9);
+  text += fmt::format("time: {} wall clock, {} inside simulators on {} at a time", Duration(wall),
+                      Duration(results.simulation_seconds), results.parallel);
+  if (results.simulated) {
+    text += fmt::format(", {:.2f} % overhead", 100 * results.overhead_seconds / wall);
+  }
+  return text + "\n";
+}
+
+}  // namespace powdercal::cli

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "scaling/groups.h"
+#include "studies/results.h"
+
+namespace powdercal::cli {
+
+/// "k = 4.75e+04 J/m3, mu_r = 0.5".
+std::string DescribePoint(const std::vector<Parameter>& parameters,
+                          const std::vector<double>& values);
+
+/// "1 h 05 min", "2 min 10 s", "12 s".
+std::string Duration(double seconds);
+
+/// The Pi groups of one experiment as an aligned table, remarks below.
+std::string GroupTable(const ScalingTable& table);
+
+/// Rows of equal length, the first being the header, columns aligned.
+std::string AlignedTable(const std::vector<std::vector<std::string>>& rows);
+
+/// What a finished or interrupted study has found, for people.
+std::string Summary(const StudyResults& results);
+
+/// Said wherever results of the table backend are shown.
+inline constexpr const char* kNoSimulation =
+    "NOTE: no simulation was run; responses come from a surrogate fitted to a table.";
+
+}  // namespace powdercal::cli
