@@ -36,7 +36,7 @@ void WriteFile(const fs::path& path, const std::string& text) {
 }
 
 Availability Probe(const fs::path& program) {
-  const ProcessResult result = RunProcess({.arguments = {program.string(), "-h"},
+  const ProcessResult result = RunProcess({.arguments = {program.string(), "-log", "none", "-h"},
                                            .environment = kEnvironment,
                                            .time_limit = std::chrono::seconds(30)});
   static constexpr std::string_view kMark = "LIGGGHTS-PUBLIC ";

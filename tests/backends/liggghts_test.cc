@@ -9,6 +9,7 @@
 #include "backends/liggghts/deck.h"
 #include "backends/liggghts/result.h"
 #include "tests/support/program.h"
+#include "tests/support/simulators.h"
 
 // The real LIGGGHTS throughout, on beds of 100 particles.
 
@@ -142,29 +143,14 @@ TEST(Liggghts, TimeLimit) {
   EXPECT_EQ(trace.outcome.reason, Reason::timeout) << trace.outcome.message;
 }
 
-// Sends a signal to the LIGGGHTS that works in `folder`; whether there was one.
-bool SignalSimulatorIn(const std::filesystem::path& folder, int signal) {
-  std::error_code ignored;
-  for (const auto& entry : std::filesystem::directory_iterator("/proc", ignored)) {
-    const std::string pid = entry.path().filename().string();
-    if (pid.find_first_not_of("0123456789") != std::string::npos) continue;
-    const auto cwd = std::filesystem::read_symlink(entry.path() / "cwd", ignored);
-    std::string command;
-    std::getline(std::ifstream(entry.path() / "comm"), command);
-    if (cwd == folder && command.starts_with("liggghts")) {
-      return kill(static_cast<pid_t>(std::stol(pid)), signal) == 0;
-    }
-  }
-  return false;
-}
-
 TEST(Liggghts, SimulatorKilledFromOutside) {
   const TemporaryFolder folder;
   Program program = SmallConsolidation();
   std::get<Hold>(program.stages[3]).strain_rate = 1e-12;
   std::get<Hold>(program.stages[3]).max_duration = 100;
   std::jthread killer([&](std::stop_token done) {
-    while (!done.stop_requested() && !SignalSimulatorIn(folder / "run", SIGKILL)) {
+    while (!done.stop_requested()) {
+      for (const pid_t pid : SimulatorsIn(folder / "run")) kill(pid, SIGKILL);
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
     }
   });
@@ -186,7 +172,7 @@ TEST(Liggghts, StopRequest) {
   });
   const Trace trace = Simulate(program, {.work_folder = folder / "run", .stop = stop.get_token()});
   EXPECT_EQ(trace.outcome.reason, Reason::cancelled);
-  EXPECT_FALSE(SignalSimulatorIn(folder / "run", 0)) << "no simulator is left behind";
+  EXPECT_TRUE(SimulatorsIn(folder / "run").empty()) << "no simulator is left behind";
 }
 
 TEST(Liggghts, TooFullASlabIsInvalidInput) {
