@@ -99,7 +99,7 @@ class DeckWriter {
       text_ += PairProperty("m6", "coefficientRollingFriction", pp.rolling_friction,
                             pw.rolling_friction);
     }
-    Add("pair_style gran model {} {}", ModelWords(program_.law), ModelOptions(program_.law));
+    Add("pair_style {}", PairStyle(program_.law));
     Add("pair_coeff * *");
     Add("timestep {}", program_.time_step);
     Add("fix integrate all nve/sphere");
@@ -266,6 +266,10 @@ std::string WriteMesh() {
 }
 
 }  // namespace
+
+std::string PairStyle(const ContactLaw& law) {
+  return fmt::format("gran model {} {}", ModelWords(law), ModelOptions(law));
+}
 
 std::string DumpFile(const std::string& moment) { return moment + ".dump"; }
 

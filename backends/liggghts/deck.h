@@ -15,6 +15,9 @@ inline constexpr const char* kSeriesFile = "series.txt";
 /// Packing at the end of a stage: "settle.dump", "hold.dump".
 std::string DumpFile(const std::string& moment);
 
+/// The contact law in LIGGGHTS' own words: "gran model hertz tangential history …".
+std::string PairStyle(const ContactLaw& law);
+
 /// Everything LIGGGHTS reads, as text.
 struct Input {
   std::string deck;

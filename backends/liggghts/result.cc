@@ -215,7 +215,7 @@ Trace ReadTrace(const Program& program, int particle_count, const std::filesyste
   const std::vector<Record> records = ReadRecords(screen);
   trace.diagnostics.time_step = program.time_step;
   trace.diagnostics.wall_seconds = process.wall_seconds;
-  trace.diagnostics.law = program.law.ToString();
+  trace.diagnostics.law = PairStyle(program.law);
   if (!records.empty() && records.back().values.contains("step")) {
     trace.diagnostics.steps = static_cast<std::int64_t>(records.back().values.at("step"));
   }

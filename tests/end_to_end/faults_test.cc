@@ -83,7 +83,7 @@ TEST_F(Faults, HangingAndKilledSimulatorsCostTheirOwnPointOnly) {
   ASSERT_EQ(history.size(), 4u);
   const auto outcome = [&](std::size_t id) {
     for (const nlohmann::json& entry : history) {
-      if (entry["id"] == id) return entry["outcome"].get<std::string>();
+      if (entry["evaluation"] == id) return entry["outcome"].get<std::string>();
     }
     return std::string("missing");
   };
