@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.h"
+#include "cli/output.h"
 #include "cli/text.h"
 #include "core/quantity.h"
 #include "studies/planner.h"
@@ -46,35 +47,33 @@ std::string DescribeProgram(const Program& program) {
 }
 
 void PrintText(Study& study, const Planner& planner, const std::string& blocked) {
-  fmt::print("# resolved study\n{}\n# plan\n", study.ToYaml());
+  Print("# resolved study\n{}\n# plan\n", study.ToYaml());
   const std::vector<double> centre = CentreOf(study.space);
-  for (const PlannedRun& run : planner.Plan(centre, 0))
-    fmt::print("{}", DescribeProgram(run.program));
+  for (const PlannedRun& run : planner.Plan(centre, 0)) Print("{}", DescribeProgram(run.program));
   const Backend& backend = *study.backend.backend;
   const Availability& availability = planner.availability();
-  fmt::print("  backend: {} {}\n  optimizer: {}\n", backend.name(),
-             availability.available ? availability.version : "(absent)",
-             study.optimizer->Describe());
-  fmt::print("\n# scaling '{}': {}\n", study.scaling->name(), study.scaling->Describe());
+  Print("  backend: {} {}\n  optimizer: {}\n", backend.name(),
+        availability.available ? availability.version : "(absent)", study.optimizer->Describe());
+  Print("\n# scaling '{}': {}\n", study.scaling->name(), study.scaling->Describe());
   if (study.scaling->ExplainUnsupported(planner.Laboratory(0)).empty()) {
     for (const ScalingTable& table : planner.ScalingTables(centre)) {
-      fmt::print("  {} at {}\n{}", table.experiment, DescribePoint(study.space.parameters, centre),
-                 GroupTable(table));
+      Print("  {} at {}\n{}", table.experiment, DescribePoint(study.space.parameters, centre),
+            GroupTable(table));
     }
   }
   const Planner::Cost cost = planner.EstimateCost();
-  fmt::print("\n# cost (right within a factor of about 2)\n  {} runs", cost.runs);
+  Print("\n# cost (right within a factor of about 2)\n  {} runs", cost.runs);
   if (backend.simulates()) {
-    fmt::print(", {:.2g} steps and {} each, {} in all with {} at a time\n", cost.steps_per_run,
-               Duration(cost.seconds_per_run), Duration(cost.seconds), study.parallel());
+    Print(", {:.2g} steps and {} each, {} in all with {} at a time\n", cost.steps_per_run,
+          Duration(cost.seconds_per_run), Duration(cost.seconds), study.parallel());
   } else {
-    fmt::print("; {}\n", kNoSimulation);
+    Print("; {}\n", kNoSimulation);
   }
-  for (const std::string& warning : study.warnings) fmt::print("warning: {}\n", warning);
+  for (const std::string& warning : study.warnings) Print("warning: {}\n", warning);
   if (blocked.empty()) {
-    fmt::print("\nready to run\n");
+    Print("\nready to run\n");
   } else {
-    fmt::print(stderr, "powdercal: {}\n", blocked);
+    Say("powdercal: {}\n", blocked);
   }
 }
 
@@ -133,7 +132,7 @@ void PrintJson(Study& study, const Planner& planner, const std::string& blocked)
                            {"steps_per_run", cost.steps_per_run},
                            {"seconds_per_run", cost.seconds_per_run},
                            {"seconds", cost.seconds}}}};
-  fmt::print("{}\n", document.dump(2));
+  Print("{}\n", document.dump(2));
 }
 
 }  // namespace
@@ -149,7 +148,8 @@ void AddCheck(CLI::App& program, int& status) {
   auto options = std::make_shared<Options>();
   options->study.Declare(*command);
   command->add_option("--out", options->folder, "run folder that `run` would use")
-      ->type_name("FOLDER");
+      ->type_name("FOLDER")
+      ->check(NotEmpty);
   command->add_flag("--json", options->json, "for machines");
   command->callback([options, &status] {
     Study study = options->study.Load();

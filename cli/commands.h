@@ -25,7 +25,7 @@ class StudyOptions {
   void Declare(CLI::App& command);
   Study Load() const;
   /// Where `run` keeps the study unless --out says otherwise: runs/NAME, with the seed if it was
-  /// given.
+  /// given. Throws InputError for a name that is not one of a folder.
   std::filesystem::path DefaultFolder(const Study& study) const;
 
  private:
@@ -36,6 +36,9 @@ class StudyOptions {
   std::map<std::string, std::string> shorthands_;  // key path → value; "" when not given
   bool deterministic_ = false;
 };
+
+/// For options: `--out ""` (`--out $FOLDER`, of a variable that is not set) is an error.
+std::string NotEmpty(const std::string& value);
 
 /// Each declares a subcommand; `status` receives what it returns once CLI11 has called it.
 void AddCheck(CLI::App& program, int& status);

@@ -4,6 +4,7 @@
 
 #include "backends/registry.h"
 #include "cli/commands.h"
+#include "cli/output.h"
 #include "cli/text.h"
 #include "experiments/experiment.h"
 #include "optimizers/optimizer.h"
@@ -98,7 +99,7 @@ void PrintKind(const std::string& kind, const json& list) {
           {item.at("name"), Text(item, "unit"), Text(item, "description") + Text(item, "file")});
     }
   }
-  fmt::print("{}\n{}", kind, AlignedTable(rows));
+  Print("{}\n{}", kind, AlignedTable(rows));
 }
 
 }  // namespace
@@ -129,7 +130,7 @@ void AddList(CLI::App& program, int& status) {
                 {"surrogates", ListNames(SurrogateNames())}};
     if (!options->kind.empty()) all = {{options->kind, all.at(options->kind)}};
     if (options->json) {
-      fmt::print("{}\n", all.dump(2));
+      Print("{}\n", all.dump(2));
     } else {
       for (const auto& [kind, list] : all.items()) PrintKind(kind, list);
     }

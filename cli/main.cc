@@ -1,11 +1,11 @@
-#include <fmt/format.h>
-
 #include <CLI/CLI.hpp>
 #include <csignal>
+#include <cstring>
 #include <exception>
-#include <iostream>
+#include <vector>
 
 #include "cli/commands.h"
+#include "cli/output.h"
 #include "core/errors.h"
 #include "core/version.h"
 
@@ -23,10 +23,42 @@ constexpr const char* kFooter =
     "and\n"
     "resumable. STUDY is a file or the name of a shipped study (`powdercal list studies`).";
 
+using powdercal::InputError;
+
+// What is wrong with the command line, with the name that was probably meant.
+std::string Explain(const CLI::App& program, const CLI::ParseError& error,
+                    const std::vector<std::string>& arguments) {
+  const auto parsed = program.get_subcommands();
+  if (parsed.empty()) {
+    std::vector<std::string> commands;
+    for (const CLI::App* command : program.get_subcommands({})) {
+      commands.push_back(command->get_name());
+    }
+    for (const std::string& argument : arguments) {
+      if (argument.starts_with('-')) continue;
+      return powdercal::UnknownName("command", argument, commands).what();
+    }
+    return fmt::format("no command is given (valid: {})", powdercal::JoinNames(commands));
+  }
+  std::vector<std::string> valid;
+  for (const CLI::Option* option : parsed.front()->get_options()) {
+    for (const std::string& name : option->get_lnames()) valid.push_back("--" + name);
+  }
+  for (const std::string& argument : parsed.front()->remaining()) {
+    if (!argument.starts_with('-')) continue;
+    const std::string name = argument.substr(0, argument.find('='));
+    return InputError(fmt::format("unknown option '{}'", name),
+                      {.suggestion = powdercal::NearestName(name, valid)})
+        .what();
+  }
+  return error.what();
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   using namespace powdercal;
+  cli::OpenStandardStreams();
   std::signal(SIGPIPE, SIG_IGN);  // a closed pager is no reason to lose a study
   CLI::App program{kDescription, "powdercal"};
   program.footer(kFooter);
@@ -42,13 +74,23 @@ int main(int argc, char** argv) {
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return program.exit(error) == 0 ? cli::kDone : cli::kBadInput;
+    if (error.get_exit_code() == 0) {  // --help, --version
+      status = program.exit(error);
+    } else {
+      cli::Say("powdercal: {}\nRun with --help for more information.\n",
+               Explain(program, error, {argv + 1, argv + argc}));
+      status = cli::kBadInput;
+    }
   } catch (const InputError& error) {
-    fmt::print(stderr, "powdercal: {}\n", error.what());
-    return cli::kBadInput;
+    cli::Say("powdercal: {}\n", error.what());
+    status = cli::kBadInput;
   } catch (const std::exception& error) {
-    fmt::print(stderr, "powdercal: {}\n", error.what());
-    return cli::kFellShort;
+    cli::Say("powdercal: {}\n", error.what());
+    status = cli::kFellShort;
+  }
+  if (!cli::FlushOutput() && status == cli::kDone) {
+    cli::Say("powdercal: cannot write the output: {}\n", std::strerror(errno));
+    status = cli::kFellShort;
   }
   return status;
 }

@@ -1,11 +1,13 @@
 #include "cli/progress.h"
 
 #include <fmt/format.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "cli/output.h"
 #include "cli/text.h"
 
 namespace powdercal::cli {
@@ -27,6 +29,18 @@ std::string DescribeResponses(const Objectives& objectives, const ReducedRespons
   return text;
 }
 
+// The status line is redrawn in place, which takes a single line of the terminal.
+std::string FitTerminal(std::string text) {
+  winsize size{};
+  if (ioctl(STDERR_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col == 0) return text;
+  int columns = size.ws_col;  // the last one stays free: a full line wraps on some terminals
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool starts_character = (static_cast<unsigned char>(text[i]) & 0xC0) != 0x80;
+    if (starts_character && --columns == 0) text.resize(i);
+  }
+  return text;
+}
+
 }  // namespace
 
 ProgressDisplay::ProgressDisplay(const Study& study)
@@ -34,10 +48,14 @@ ProgressDisplay::ProgressDisplay(const Study& study)
 
 ProgressDisplay::~ProgressDisplay() { ClearStatus(); }
 
-void ProgressDisplay::OnResume(int evaluations) {
+void ProgressDisplay::Begin(const std::string& header) {
+  Line(header);
+  if (resumed_ == 0) return;
   Line(fmt::format("resuming after {} evaluations; what the ledger holds is not repeated",
-                   evaluations));
+                   resumed_));
 }
+
+void ProgressDisplay::OnResume(int evaluations) { resumed_ = evaluations; }
 
 void ProgressDisplay::OnRun(const LedgerRun& run, const Progress&) {
   if (run.outcome.ok()) return;
@@ -64,7 +82,8 @@ void ProgressDisplay::OnEvaluation(const LedgerCandidate& candidate,
 void ProgressDisplay::OnTick(const Progress& progress) {
   if (!terminal_) return;
   constexpr int kWidth = 20;
-  const int filled = progress.budget > 0 ? kWidth * progress.done / progress.budget : 0;
+  const int filled =
+      progress.budget > 0 ? std::min(kWidth, kWidth * progress.done / progress.budget) : 0;
   std::string text = fmt::format("[{}{}] {}/{}  {} running  {} failed",
                                  std::string(static_cast<std::size_t>(filled), '#'),
                                  std::string(static_cast<std::size_t>(kWidth - filled), '.'),
@@ -74,20 +93,18 @@ void ProgressDisplay::OnTick(const Progress& progress) {
   }
   text += "  " + Duration(progress.elapsed_seconds);
   if (progress.seconds_left) text += ", at most " + Duration(*progress.seconds_left) + " left";
-  fmt::print(stderr, "\r\033[K{}", text);
-  std::fflush(stderr);
+  Say("\r\033[K{}", FitTerminal(text));
   status_shown_ = true;
 }
 
 void ProgressDisplay::Line(const std::string& text) {
   ClearStatus();
-  fmt::print(stderr, "{}\n", text);
+  Say("{}\n", text);
 }
 
 void ProgressDisplay::ClearStatus() {
   if (!status_shown_) return;
-  fmt::print(stderr, "\r\033[K");
-  std::fflush(stderr);
+  Say("\r\033[K");
   status_shown_ = false;
 }
 

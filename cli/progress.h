@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdio>
 #include <string>
 
 #include "studies/runner.h"
@@ -13,6 +12,9 @@ class ProgressDisplay final : public ProgressListener {
  public:
   explicit ProgressDisplay(const Study& study);
   ~ProgressDisplay() override;
+
+  /// Names the study; a study that goes on says so here, below its name.
+  void Begin(const std::string& header);
 
   void OnResume(int evaluations) override;
   void OnRun(const LedgerRun& run, const Progress& progress) override;
@@ -28,6 +30,7 @@ class ProgressDisplay final : public ProgressListener {
   Objectives objectives_;
   bool terminal_;
   bool status_shown_ = false;
+  int resumed_ = 0;  // evaluations that the ledger held
 };
 
 }  // namespace powdercal::cli

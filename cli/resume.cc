@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.h"
+#include "cli/output.h"
 #include "cli/text.h"
 #include "core/files.h"
 #include "reports/results_json.h"
@@ -62,9 +63,9 @@ void AddReport(CLI::App& program, int& status) {
         CollectResults(study, Ledger(folder / "ledger.sqlite", Ledger::Mode::read_only));
     WriteReports(results, folder);
     if (options->json) {
-      fmt::print("{}\n", ResultsToJson(results).dump(2));
+      Print("{}\n", ResultsToJson(results).dump(2));
     } else {
-      fmt::print("{}report: {}\n", Summary(results), (folder / "report.html").string());
+      Print("{}report: {}\n", Summary(results), (folder / "report.html").string());
     }
     status = kDone;
   });

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.h"
+#include "cli/output.h"
 #include "cli/progress.h"
 #include "cli/signals.h"
 #include "cli/text.h"
@@ -15,16 +16,16 @@ namespace powdercal::cli {
 
 int RunStudy(Study& study, const std::filesystem::path& folder, bool json) {
   SignalStop signals;
-  for (const std::string& warning : study.warnings) fmt::print(stderr, "warning: {}\n", warning);
-  ProgressDisplay display(study);
   const Availability availability = study.backend.backend->availability();
   StudyRunner::End end;
   {
+    for (const std::string& warning : study.warnings) Say("warning: {}\n", warning);
+    ProgressDisplay display(study);
     StudyRunner runner(study, {.folder = folder, .stop = signals.token(), .listener = &display});
-    fmt::print(stderr, "powdercal {}: {} with {} on {} {}, {} at a time, in {}\n", kVersion,
-               study.name, study.optimizer->name(), study.backend.backend->name(),
-               availability.version, study.parallel(), folder.string());
-    if (!study.backend.backend->simulates()) fmt::print(stderr, "{}\n", kNoSimulation);
+    display.Begin(fmt::format("powdercal {}: {} with {} on {} {}, {} at a time, in {}", kVersion,
+                              study.name, study.optimizer->name(), study.backend.backend->name(),
+                              availability.version, study.parallel(), folder.string()));
+    if (!study.backend.backend->simulates()) Say("{}\n", kNoSimulation);
     end = runner.Run();
   }
   // Opened for writing, so that SQLite folds its side files into the ledger when it closes.
@@ -32,9 +33,9 @@ int RunStudy(Study& study, const std::filesystem::path& folder, bool json) {
       CollectResults(study, Ledger(folder / "ledger.sqlite", Ledger::Mode::read_write));
   WriteReports(results, folder);
   if (json) {
-    fmt::print("{}\n", ResultsToJson(results).dump(2));
+    Print("{}\n", ResultsToJson(results).dump(2));
   } else {
-    fmt::print("{}report: {}\n", Summary(results), (folder / "report.html").string());
+    Print("{}report: {}\n", Summary(results), (folder / "report.html").string());
   }
   if (end == StudyRunner::End::interrupted) return kInterrupted;
   return results.best ? kDone : kFellShort;
@@ -51,7 +52,8 @@ void AddRun(CLI::App& program, int& status) {
   auto options = std::make_shared<Options>();
   options->study.Declare(*command);
   command->add_option("--out", options->folder, "run folder (default: runs/NAME)")
-      ->type_name("FOLDER");
+      ->type_name("FOLDER")
+      ->check(NotEmpty);
   command->add_flag("--json", options->json, "print results.json to standard output");
   command->callback([options, &status] {
     Study study = options->study.Load();

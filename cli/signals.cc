@@ -1,12 +1,12 @@
 #include "cli/signals.h"
 
-#include <fmt/format.h>
 #include <unistd.h>
 
 #include <csignal>
 #include <ctime>
 
 #include "cli/commands.h"
+#include "cli/output.h"
 
 namespace powdercal::cli {
 namespace {
@@ -30,7 +30,7 @@ SignalStop::SignalStop() {
     while (!closing.stop_requested()) {
       if (sigtimedwait(&awaited, nullptr, &interval) < 0) continue;
       if (stop_.stop_requested()) _exit(kInterrupted);
-      fmt::print(stderr, "\nstopping; the same command resumes. Again to stop at once.\n");
+      Say("\nstopping; the same command resumes. Again to stop at once.\n");
       stop_.request_stop();
     }
   });

@@ -1,9 +1,14 @@
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.h"
+#include "cli/output.h"
 #include "cli/signals.h"
 #include "cli/text.h"
 #include "core/quantity.h"
@@ -18,11 +23,25 @@ using nlohmann::json;
 struct Options {
   StudyOptions study;
   std::vector<std::string> parameters;
-  std::optional<std::uint64_t> particle_seed;
+  std::optional<std::int64_t> particle_seed;
   int replicates = 1;
   std::string folder;
   bool json = false;
 };
+
+double ReadParameter(const Parameter& parameter, const std::string& text) {
+  const InputError::Details details{
+      .location = {"command line"}, .key = parameter.name, .value = text};
+  double value = 0;
+  try {
+    const Quantity quantity = Quantity::Parse(text);
+    value = quantity.dimension.dimensionless() ? quantity.si : ParseQuantity(text, parameter.unit);
+  } catch (const InputError& error) {
+    throw InputError(error.problem(), details);
+  }
+  if (value < 0) throw InputError("must be at least 0", details);
+  return value;
+}
 
 // "k=47500" or "cohesion_energy_density=47.5 kJ/m3": names or symbols; a bare number is in SI.
 std::vector<double> ReadParameters(const Study& study, const std::vector<std::string>& texts) {
@@ -30,20 +49,21 @@ std::vector<double> ReadParameters(const Study& study, const std::vector<std::st
   std::vector<std::optional<double>> values(known.size());
   for (const std::string& text : texts) {
     const std::size_t equals = text.find('=');
+    if (equals == std::string::npos) {
+      throw InputError("expected -p NAME=VALUE", {.location = {"command line"}, .value = text});
+    }
     const std::string name = text.substr(0, equals);
     const auto found = std::find_if(known.begin(), known.end(), [&](const Parameter& p) {
       return p.name == name || p.symbol == name;
     });
-    if (equals == std::string::npos || found == known.end()) {
+    if (found == known.end()) {
       std::vector<std::string> names;
       for (const Parameter& p : known) names.push_back(p.name);
       throw UnknownName("parameter", name, names, {.location = {"command line"}});
     }
-    const Quantity quantity = Quantity::Parse(text.substr(equals + 1));
-    const double value = quantity.dimension.dimensionless()
-                             ? quantity.si
-                             : ParseQuantity(text.substr(equals + 1), found->unit);
-    values[static_cast<std::size_t>(found - known.begin())] = value;
+    std::optional<double>& value = values[static_cast<std::size_t>(found - known.begin())];
+    if (value) throw InputError("given twice", {.location = {"command line"}, .key = found->name});
+    value = ReadParameter(*found, text.substr(equals + 1));
   }
   std::vector<double> result;
   for (std::size_t i = 0; i < known.size(); ++i) {
@@ -78,14 +98,14 @@ json ToJson(const LedgerRun& run) {
 }
 
 void PrintText(const LedgerRun& run) {
-  fmt::print("{}, particle seed {}: {}{}{} ({} {}, {:.2f} s)\n", run.experiment, run.seed,
-             ToString(run.outcome.reason), run.outcome.message.empty() ? "" : ", ",
-             run.outcome.message, run.backend, run.backend_version, run.diagnostics.wall_seconds);
+  Print("{}, particle seed {}: {}{}{} ({} {}, {:.2f} s)\n", run.experiment, run.seed,
+        ToString(run.outcome.reason), run.outcome.message.empty() ? "" : ", ", run.outcome.message,
+        run.backend, run.backend_version, run.diagnostics.wall_seconds);
   std::vector<std::vector<std::string>> rows;
   for (const auto& [name, response] : run.measurement.responses) {
     rows.push_back({name, fmt::format("{:.6g}", response.value)});
   }
-  if (!rows.empty()) fmt::print(" responses (SI)\n{}", AlignedTable(rows));
+  if (!rows.empty()) Print(" responses (SI)\n{}", AlignedTable(rows));
   rows.clear();
   for (const auto& [name, value] : run.measurement.diagnostics) {
     rows.push_back({name, fmt::format("{:.6g}", value)});
@@ -95,7 +115,27 @@ void PrintText(const LedgerRun& run) {
   rows.push_back(
       {"kinetic_energy_ratio", fmt::format("{:.3g}", run.diagnostics.kinetic_energy_ratio)});
   rows.push_back({"law", run.diagnostics.law});
-  fmt::print(" diagnostics (SI)\n{}", AlignedTable(rows));
+  Print(" diagnostics (SI)\n{}", AlignedTable(rows));
+}
+
+std::filesystem::path MakeFolder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error || access(folder.c_str(), W_OK | X_OK) != 0) {
+    throw InputError(
+        fmt::format("cannot write the folder: {}", error ? error.message() : std::strerror(errno)),
+        {.location = {folder.string()}});
+  }
+  return folder;
+}
+
+std::filesystem::path MakeTemporaryFolder() {
+  std::string name = std::filesystem::temp_directory_path() / "powdercal-XXXXXX";
+  if (mkdtemp(name.data()) == nullptr) {
+    throw InputError(fmt::format("cannot make a temporary folder: {}", std::strerror(errno)),
+                     {.location = {name}});
+  }
+  return name;
 }
 
 int Simulate(const Options& options) {
@@ -111,14 +151,14 @@ int Simulate(const Options& options) {
   const std::vector<double> values = ReadParameters(study, options.parameters);
   SignalStop signals;
   const bool keep = !options.folder.empty();
-  const std::filesystem::path folder =
-      keep ? std::filesystem::path(options.folder)
-           : std::filesystem::temp_directory_path() / fmt::format("powdercal-{}", getpid());
+  const std::filesystem::path folder = keep ? MakeFolder(options.folder) : MakeTemporaryFolder();
   LocalExecutor executor(study.parallel());
   std::int64_t submitted = 0;
   for (int replicate = 0; replicate < options.replicates; ++replicate) {
-    std::optional<std::uint64_t> seed = options.particle_seed;
-    if (seed) *seed += static_cast<std::uint64_t>(replicate);
+    std::optional<std::uint64_t> seed;
+    if (options.particle_seed) {
+      seed = static_cast<std::uint64_t>(*options.particle_seed + replicate);
+    }
     for (const PlannedRun& run : planner.Plan(values, replicate, seed)) {
       RunContext context{
           .work_folder = folder / fmt::format("{}-{}", run.program.experiment, replicate),
@@ -132,7 +172,7 @@ int Simulate(const Options& options) {
       });
     }
   }
-  if (!study.backend.backend->simulates()) fmt::print(stderr, "{}\n", kNoSimulation);
+  if (!study.backend.backend->simulates()) Say("{}\n", kNoSimulation);
   std::map<std::int64_t, LedgerRun> runs;
   while (static_cast<std::int64_t>(runs.size()) < submitted) {
     if (signals.token().stop_requested()) executor.Cancel();
@@ -157,13 +197,13 @@ int Simulate(const Options& options) {
     for (std::size_t i = 0; i < values.size(); ++i) {
       document["parameters"][study.space.parameters[i].name] = values[i];
     }
-    fmt::print("{}\n", document.dump(2));
+    Print("{}\n", document.dump(2));
   }
-  if (!keep && ok) {
+  if (!keep && (ok || !study.backend.backend->simulates())) {
     std::error_code ignored;
     std::filesystem::remove_all(folder, ignored);
-  } else if (study.backend.backend->simulates()) {
-    fmt::print(stderr, "files: {}\n", folder.string());
+  } else {
+    Say("files: {}\n", folder.string());
   }
   if (signals.token().stop_requested()) return kInterrupted;
   return ok ? kDone : kFellShort;
@@ -182,12 +222,15 @@ void AddSimulate(CLI::App& program, int& status) {
                    "bare number is in SI")
       ->type_name("NAME=VALUE")
       ->allow_extra_args(false);
-  command->add_option("--particle-seed", options->particle_seed,
-                      "seed of the first replicate's particles; the next ones count up");
+  command
+      ->add_option("--particle-seed", options->particle_seed,
+                   "seed of the first replicate's particles; the next ones count up")
+      ->check(CLI::Range(std::int64_t{0}, std::int64_t{2'000'000'000}));
   command->add_option("--replicates", options->replicates, "number of particle seeds")
       ->check(CLI::Range(1, 1000));
   command->add_option("--out", options->folder, "keep the simulator's files in this folder")
-      ->type_name("FOLDER");
+      ->type_name("FOLDER")
+      ->check(NotEmpty);
   command->add_flag("--json", options->json, "for machines");
   command->callback([options, &status] { status = Simulate(*options); });
 }

@@ -23,13 +23,16 @@ constexpr Shorthand kShorthands[] = {
 
 }  // namespace
 
+std::string NotEmpty(const std::string& value) { return value.empty() ? "a value is missing" : ""; }
+
 void StudyOptions::Declare(CLI::App& command) {
   command.add_option("study", file_, "study file, or name of a shipped study")
       ->required()
       ->type_name("STUDY");
   for (const Shorthand& shorthand : kShorthands) {
     command.add_option(shorthand.option, shorthands_[shorthand.key], shorthand.help)
-        ->type_name("VALUE");
+        ->type_name("VALUE")
+        ->check(NotEmpty);
   }
   command.add_flag("--deterministic", deterministic_,
                    "tell results in asking order, whatever finishes first");
@@ -49,7 +52,10 @@ Overrides StudyOptions::Collect() const {
     if (equals == std::string::npos || equals == 0) {
       throw InputError("expected --set KEY=VALUE", {.location = {"command line"}, .value = text});
     }
-    overrides[text.substr(0, equals)] = text.substr(equals + 1);
+    if (!overrides.emplace(text.substr(0, equals), text.substr(equals + 1)).second) {
+      throw InputError("given twice",
+                       {.location = {"command line"}, .key = text.substr(0, equals)});
+    }
   }
   return overrides;
 }
@@ -57,8 +63,15 @@ Overrides StudyOptions::Collect() const {
 Study StudyOptions::Load() const { return Study::Load(file_, Collect()); }
 
 std::filesystem::path StudyOptions::DefaultFolder(const Study& study) const {
-  const std::string& seed = shorthands_.at("seed");
-  return std::filesystem::path("runs") / (seed.empty() ? study.name : study.name + "-seed" + seed);
+  if (study.name.empty() || study.name.starts_with('.') ||
+      study.name.find('/') != std::string::npos) {
+    throw InputError("the study's name cannot be that of its run folder; choose one with --out",
+                     {.location = {study.file}, .key = "study", .value = study.name});
+  }
+  const Overrides overrides = Collect();
+  const auto seed = overrides.find("seed");
+  return std::filesystem::path("runs") /
+         (seed == overrides.end() ? study.name : study.name + "-seed" + seed->second);
 }
 
 }  // namespace powdercal::cli
