@@ -7,6 +7,23 @@ fail() {
   exit 2
 }
 
+# quietly LINES MESSAGE COMMAND…: runs COMMAND; where it fails, shows its last LINES lines and MESSAGE.
+quietly() {
+  local lines=$1 message=$2
+  shift 2
+  log=$(mktemp)
+  trap 'rm -f "$log"' EXIT
+  if ! "$@" >"$log" 2>&1 </dev/null; then
+    tail -n "$lines" "$log" >&2
+    fail "$message (its last lines are above)"
+  fi
+  rm -f "$log"
+}
+
+writable() {
+  [ -w . ] || fail "$PWD is not writable for $(id -un); run this in a copy of your own"
+}
+
 # missing_packages KIND: packages of packages.txt that are not there; KIND is run or test.
 missing_packages() {
   local line package command
@@ -25,6 +42,13 @@ missing_packages() {
   done <packages.txt
 }
 
+# apt_get PACKAGE…; install_packages sets as_root.
+apt_get() {
+  "${as_root[@]}" apt-get update -qq &&
+    "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq \
+      --no-install-recommends -o DPkg::Lock::Timeout=300 "$@"
+}
+
 install_packages() {
   local missing
   mapfile -t missing < <(missing_packages "$1")
@@ -33,54 +57,42 @@ install_packages() {
     fail "apt-get not found; install the equivalents of: ${missing[*]}"
   local as_root=()
   if [ "$(id -u)" -ne 0 ]; then
-    command -v sudo >/dev/null || fail "not root and no sudo; as root: apt-get install ${missing[*]}"
+    command -v sudo >/dev/null ||
+      fail "packages are missing, and this is not root and has no sudo; as root:" \
+        "apt-get update && apt-get install --no-install-recommends ${missing[*]}"
     as_root=(sudo)
   fi
   echo "installing ${missing[*]}"
-  local log
-  log=$(mktemp)
-  if ! { "${as_root[@]}" apt-get update -qq &&
-    "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq \
-      --no-install-recommends "${missing[@]}"; } >"$log" 2>&1; then
-    tail -n 25 "$log" >&2
-    rm -f "$log"
-    fail "apt-get could not install: ${missing[*]} (its last lines are above)"
-  fi
-  rm -f "$log"
+  quietly 40 "apt-get could not install the missing packages" apt_get "${missing[@]}"
 }
 
 # The libraries that draw the report's plots, as package-lock.json pins them.
 install_plot_libraries() {
   local stamp=node_modules/.powdercal-lock
   cmp -s package-lock.json "$stamp" 2>/dev/null && return 0
+  writable
   echo "installing the plot libraries (npm)"
-  local log
-  log=$(mktemp)
-  if ! npm ci --no-audit --no-fund --ignore-scripts --loglevel=error >"$log" 2>&1; then
-    tail -n 25 "$log" >&2
-    rm -f "$log"
-    fail "npm ci failed (its last lines are above)"
-  fi
-  rm -f "$log"
+  quietly 25 "npm ci failed" \
+    npm ci --no-audit --no-fund --ignore-scripts --loglevel=error
   cp package-lock.json "$stamp"
+}
+
+# Ninja sees every later change but those of the presets, and a tree that was moved or copied.
+configured() {
+  [ build/release/build.ninja -nt CMakePresets.json ] &&
+    [ "$(sed -n 's/^CMAKE_HOME_DIRECTORY:INTERNAL=//p' build/release/CMakeCache.txt)" -ef . ]
 }
 
 # build TARGET…
 build() {
-  local log status=0
-  log=$(mktemp)
-  if [ ! -f build/release/build.ninja ]; then
+  if ! configured 2>/dev/null; then
+    writable
     echo "configuring"
-    cmake --preset release >"$log" 2>&1 || status=$?
+    quietly 60 "CMake could not configure" cmake --fresh --preset release
   fi
-  if [ $status -eq 0 ] && ! ninja -C build/release -n "$@" 2>/dev/null | grep -q "no work to do"; then
+  if ! ninja -C build/release -n "$@" 2>/dev/null | grep -q "no work to do"; then
+    writable
     echo "building; a first build takes some minutes"
-    cmake --build --preset release --target "$@" >"$log" 2>&1 || status=$?
+    quietly 60 "the build failed" cmake --build --preset release --target "$@"
   fi
-  if [ $status -ne 0 ]; then
-    tail -n 60 "$log" >&2
-    rm -f "$log"
-    fail "the build failed (its last lines are above)"
-  fi
-  rm -f "$log"
 }
