@@ -50,6 +50,7 @@ struct Source {
   std::string_view text;
   const Overrides& overrides;  // values that take precedence over the file's
   mutable std::set<std::string> used_overrides{};
+  mutable std::vector<std::string> known_paths{};  // that an override could have
 
   bool OverridesBelow(const std::string& path) const {
     const auto next = overrides.lower_bound(path + ".");
@@ -109,8 +110,10 @@ class YamlReader final : public Archive {
   }
 
   SourceLocation LocationOf(std::string_view key) const override {
-    const auto node = Find(key);
-    return node ? Location(*node) : location_;
+    for (const auto& item : map_) {
+      if (item.first.Scalar() == key) return Location(item.first);
+    }
+    return location_;
   }
 
   void Quantity(std::string_view key, double& value, std::string_view unit, Range range) override {
@@ -199,7 +202,7 @@ class YamlReader final : public Archive {
     for (const auto& item : *node) {
       const std::string name = item.first.Scalar();
       VisitSection(
-          item.second, Location(item.second), PathTo(key) + "." + name,
+          item.second, Location(item.first), PathTo(key) + "." + name,
           [&](Archive& archive) { visit(name, archive); }, scalar_key);
     }
   }
@@ -247,10 +250,11 @@ class YamlReader final : public Archive {
   std::optional<YAML::Node> Find(std::string_view key) const {
     if (key.empty()) return std::nullopt;
     const std::string path = PathTo(key);
+    if (!source_.overrides.empty()) source_.known_paths.push_back(path);
     const auto value = source_.overrides.find(path);
     if (value != source_.overrides.end()) {
       source_.used_overrides.insert(path);
-      return YAML::Node(value->second);
+      return OverrideNode(value->second);
     }
     std::optional<YAML::Node> found;
     for (const auto& item : map_) {
@@ -259,6 +263,19 @@ class YamlReader final : public Archive {
     const bool empty = !found || found->IsNull();
     if (empty && source_.OverridesBelow(path)) return YAML::Node(YAML::NodeType::Map);
     return found;
+  }
+
+  // "[0.1, 0.2]" is a list, everything else a single value. Built anew, since nodes that were
+  // parsed would point into the override's text as if it were the file.
+  static YAML::Node OverrideNode(const std::string& text) {
+    if (!text.starts_with('[')) return YAML::Node(text);
+    YAML::Node list(YAML::NodeType::Sequence);
+    try {
+      for (const YAML::Node& item : YAML::Load(text)) list.push_back(item.Scalar());
+    } catch (const YAML::Exception&) {
+      return YAML::Node(text);
+    }
+    return list;
   }
 
   // Marks the key as visited; an explicit null counts as absent.
@@ -348,6 +365,16 @@ class YamlReader final : public Archive {
   mutable std::vector<std::string> visited_;
 };
 
+// YAML's commonest trap, which yaml-cpp does not name.
+std::string TabRemark(std::string_view text, const YAML::Mark& mark) {
+  if (mark.is_null() || static_cast<std::size_t>(mark.pos) > text.size()) return "";
+  const std::size_t end = text.rfind('\n', static_cast<std::size_t>(mark.pos));
+  const std::size_t line = end == std::string_view::npos ? 0 : end + 1;
+  const std::size_t first = text.find_first_not_of(" \t", line);
+  const bool tab = text.substr(line, first - line).find('\t') != std::string_view::npos;
+  return tab ? "; YAML allows no tabs as indentation" : "";
+}
+
 }  // namespace
 
 void ReadYaml(const std::string& text, const std::string& file, const Archive::Visitor& visit,
@@ -358,7 +385,8 @@ void ReadYaml(const std::string& text, const std::string& file, const Archive::V
   try {
     documents = YAML::LoadAll(std::string(source.text));
   } catch (const YAML::Exception& error) {
-    throw InputError(error.msg, {.location = source.Locate(error.mark)});
+    throw InputError(error.msg + TabRemark(source.text, error.mark),
+                     {.location = source.Locate(error.mark)});
   }
   if (documents.size() > 1) {
     throw InputError("expected one document, found another after '---'",
@@ -375,7 +403,10 @@ void ReadYaml(const std::string& text, const std::string& file, const Archive::V
   for (const auto& [path, value] : overrides) {
     if (source.used_overrides.contains(path)) continue;
     throw InputError("no such key in a study of this kind",
-                     {.location = {"command line"}, .key = path, .value = value});
+                     {.location = {"command line"},
+                      .key = path,
+                      .value = value,
+                      .suggestion = NearestName(path, source.known_paths)});
   }
 }
 

@@ -180,6 +180,12 @@ Ledger::Ledger(const std::filesystem::path& file, Mode mode) {
           fmt::format("the ledger has schema {}, this program knows {}", schema, kSchema),
           {.location = {file.string()}});
     }
+    // A damaged ledger is found here rather than in the middle of a study; it takes milliseconds.
+    const std::string damage = database_->execAndGet("PRAGMA quick_check(1)").getString();
+    if (damage != "ok") {
+      throw InputError("the ledger is damaged: " + damage.substr(damage.rfind('\n') + 1),
+                       {.location = {file.string()}});
+    }
     // FULL: a commit survives a power cut, not only the death of the process.
     database_->exec("PRAGMA synchronous = FULL");
     database_->exec("PRAGMA foreign_keys = ON");
@@ -190,6 +196,17 @@ Ledger::Ledger(const std::filesystem::path& file, Mode mode) {
 }
 
 Ledger::~Ledger() = default;
+
+bool Ledger::IsBlank(const std::filesystem::path& file) {
+  try {
+    // For writing: what a killed process left half done has to be rolled back before it can be
+    // read.
+    SQLite::Database database(file.string(), SQLite::OPEN_READWRITE, 10'000);
+    return database.execAndGet("SELECT count(*) FROM sqlite_master").getInt() == 0;
+  } catch (const SQLite::Exception&) {
+    return false;
+  }
+}
 
 std::optional<std::string> Ledger::GetMeta(const std::string& key) const {
   SQLite::Statement query(*database_, "SELECT value FROM meta WHERE key = ?");
@@ -307,6 +324,12 @@ std::vector<LedgerCandidate> Ledger::Candidates() const {
     const std::int64_t id = links.getColumn(0).getInt64();
     const auto entry = std::find_if(list.begin(), list.end(),
                                     [&](const LedgerCandidate& c) { return c.candidate.id == id; });
+    if (entry == list.end()) {
+      throw InputError(fmt::format("the ledger is damaged: it has runs of candidate {}, which it "
+                                   "does not know",
+                                   id),
+                       {.location = {database_->getFilename()}});
+    }
     entry->runs.push_back(links.getColumn(1).getInt64());
     entry->replicates.push_back(links.getColumn(2).getInt());
   }

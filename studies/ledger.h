@@ -60,10 +60,14 @@ class Ledger {
  public:
   enum class Mode { read_only, read_write };
 
-  /// Opens or creates (read_write only). Throws InputError if the file is not a ledger, or has a
-  /// schema that this program does not know.
+  /// Opens or creates (read_write only). Throws InputError if the file is not a ledger, is damaged,
+  /// or has a schema that this program does not know.
   Ledger(const std::filesystem::path& file, Mode mode);
   ~Ledger();
+
+  /// Whether the file holds nothing yet, as a process leaves it that was killed while creating it;
+  /// opening it for writing goes on from there.
+  static bool IsBlank(const std::filesystem::path& file);
 
   std::optional<std::string> GetMeta(const std::string& key) const;
   void SetMeta(const std::string& key, const std::string& value);

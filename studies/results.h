@@ -81,7 +81,7 @@ struct StudyResults {
   std::string study_yaml;  ///< resolved
 
   std::string state;        ///< "finished", "interrupted", "running"
-  std::string stop_reason;  ///< "tolerance reached", "budget of 40 evaluations used", …
+  std::string stop_reason;  ///< "every tolerance reached", "budget of 40 evaluations used", …
   bool converged = false;   ///< every response with a tolerance is within it at the best point
   std::vector<std::string> warnings;
 

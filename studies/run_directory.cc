@@ -6,8 +6,10 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
+#include <thread>
 
 #include "core/errors.h"
 #include "core/files.h"
@@ -42,6 +44,19 @@ std::string OwnerMismatch(const Ledger& ledger, const std::string& fingerprint) 
          "with --out, or remove it";
 }
 
+// Says who holds the lock file, or ""; does not make one.
+std::string HolderOf(const fs::path& file) {
+  const int lock = open(file.c_str(), O_RDONLY | O_CLOEXEC);
+  if (lock < 0) return "";
+  const bool held = flock(lock, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+  close(lock);
+  if (!held) return "";
+  std::string owner;
+  std::getline(std::ifstream(file), owner);
+  return fmt::format("the ledger is held by another powdercal process{}{}",
+                     owner.empty() ? "" : ", number ", owner);
+}
+
 }  // namespace
 
 std::string RunDirectory::Explain(const fs::path& folder, const std::string& fingerprint) {
@@ -49,18 +64,25 @@ std::string RunDirectory::Explain(const fs::path& folder, const std::string& fin
   if (fs::exists(path) && !fs::is_directory(path)) return "the run folder is a file";
   const fs::path missing = FirstMissing(path);
   const fs::path existing = missing.empty() ? path : missing.parent_path();
-  if (access(existing.c_str(), W_OK | X_OK) != 0) {
+  if (!fs::is_directory(existing)) {
+    return fmt::format("cannot write the run folder: '{}' is a file", existing.string());
+  }
+  // access() alone does not tell for /proc and its like, where root may write and nobody can.
+  std::string probe = (existing / ".powdercal-XXXXXX").string();
+  if (mkdtemp(probe.data()) == nullptr) {
     return fmt::format("cannot write the run folder: {}", std::strerror(errno));
   }
+  rmdir(probe.c_str());
   if (!missing.empty()) return "";
-  if (fs::exists(path / kLedgerFile)) {
+  if (const std::string owner = HolderOf(path / kLockFile); !owner.empty()) return owner;
+  if (fs::exists(path / kLedgerFile) && !Ledger::IsBlank(path / kLedgerFile)) {
     return OwnerMismatch(Ledger(path / kLedgerFile, Ledger::Mode::read_only), fingerprint);
   }
   for (const auto& entry : fs::directory_iterator(path)) {
-    if (entry.path().filename() == kLockFile) continue;
+    const std::string name = entry.path().filename().string();
+    if (name == kLockFile || name.starts_with(kLedgerFile)) continue;  // of a killed process
     return fmt::format(
-        "the folder holds other things ('{}') and no study; choose another with --out",
-        entry.path().filename().string());
+        "the folder holds other things ('{}') and no study; choose another with --out", name);
   }
   return "";
 }
@@ -116,11 +138,15 @@ void RunDirectory::Lock() {
     throw InputError(fmt::format("cannot write the run folder: {}", std::strerror(errno)),
                      {.location = {folder_.string()}});
   }
-  if (flock(lock_, LOCK_EX | LOCK_NB) != 0) {
-    std::string owner;
-    std::getline(std::ifstream(file), owner);
-    throw InputError(fmt::format("the ledger is held by another powdercal process{}{}",
-                                 owner.empty() ? "" : ", number ", owner),
+  // Somebody who only looks (HolderOf) holds it for a moment.
+  bool locked = flock(lock_, LOCK_EX | LOCK_NB) == 0;
+  for (int attempt = 0; !locked && attempt < 5; ++attempt) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    locked = flock(lock_, LOCK_EX | LOCK_NB) == 0;
+  }
+  if (!locked) {
+    const std::string holder = HolderOf(file);
+    throw InputError(holder.empty() ? "the ledger is held by another powdercal process" : holder,
                      {.location = {folder_.string()}});
   }
   const std::string text = std::to_string(getpid()) + "\n";

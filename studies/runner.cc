@@ -36,6 +36,14 @@ StudyRunner::StudyRunner(Study& study, Options options)
   directory_ = std::make_unique<RunDirectory>(options_.folder, study.Fingerprint(), study.ToYaml(),
                                               study.base_folder);
   ledger_ = std::make_unique<Ledger>(directory_->ledger(), Ledger::Mode::read_write);
+  const std::string earlier_version = ledger_->GetMeta("backend_version").value_or("");
+  if (!earlier_version.empty() && earlier_version != availability.version) {
+    throw InputError(
+        fmt::format("the study was begun with {} {}, which is now {}: its runs cannot be "
+                    "mixed; choose another folder with --out",
+                    study.backend.backend->name(), earlier_version, availability.version),
+        {.location = {directory_->folder().string()}});
+  }
   ledger_->SetMeta("powdercal_version", kVersion);
   ledger_->SetMeta("backend_version", availability.version);
   earlier_ = ledger_->TotalTimes();
@@ -156,6 +164,7 @@ bool StudyRunner::Ask() {
     }
     entries.push_back(std::move(entry));
   }
+  worked_ = true;
   ledger_->AddAsk(1, entries);
   for (const LedgerCandidate& entry : entries) {
     Register(entry);
@@ -214,6 +223,7 @@ bool StudyRunner::Submit() {
 }
 
 void StudyRunner::Collect(const Executor::Finished& finished) {
+  worked_ = true;
   const Job job = std::move(in_flight_.extract(finished.ticket).mapped());
   LedgerRun run = finished.run;
   outside_simulator_ += run.total_seconds - run.diagnostics.wall_seconds;
@@ -394,6 +404,7 @@ Progress StudyRunner::CurrentProgress() {
 void StudyRunner::SaveTimes(bool now) {
   if (!now && Clock::now() - saved_ < std::chrono::seconds(1)) return;
   saved_ = Clock::now();
+  if (!worked_) return;  // looking at a finished study costs it nothing
   const double wall = Seconds(Clock::now() - start_);
   ledger_->UpdateSession(session_, {wall, wall - waiting_seconds_ + outside_simulator_});
 }

@@ -126,6 +126,7 @@ class StudyRunner {
   std::map<std::int64_t, Job> in_flight_;   // by ticket
   std::map<std::int64_t, LedgerRun> runs_;  // by run id
   std::int64_t next_ticket_ = 0;
+  bool worked_ = false;  // this session asked, ran or told something
   int asked_ = 0;
   int told_ = 0;
   int failed_ = 0;

@@ -68,7 +68,7 @@ void SerializeParameters(Archive& archive, SearchSpace& space) {
                                     [&](const FreeParameter& p) { return p.name == name; });
     if (known == FreeParameters().end()) {
       throw UnknownName("parameter", name, FreeParameterNames(),
-                        {.location = section.LocationOf("")});
+                        {.location = section.LocationOf(""), .key = "parameters"});
     }
     if (section.reading()) space.parameters.emplace_back();
     SerializeParameter(section, space.parameters[index++], *known);

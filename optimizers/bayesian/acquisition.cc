@@ -48,7 +48,7 @@ Acquisition::Acquisition(Objective objective, std::vector<GaussianProcess> proce
   best_ = std::numeric_limits<double>::infinity();
   for (Eigen::Index i = 0; i < evaluated.rows(); ++i) {
     const double value = ObjectiveOf(means.row(i).transpose());
-    if (value < best_) {
+    if (i == 0 || value < best_) {  // all infinite where the target lies out of all reach
       best_ = value;
       best_point_ = evaluated.row(i).transpose();
     }

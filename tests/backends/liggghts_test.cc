@@ -82,9 +82,10 @@ TEST(Liggghts, ConsolidatesToTheStressAndLeavesNoFiles) {
   ASSERT_EQ(trace.series.size(), 1u);
   EXPECT_GT(trace.series[0].time.size(), 10u);
   EXPECT_NEAR(trace.series[0].normal_force.back() / area, 900, 18);
-  EXPECT_EQ(trace.diagnostics.law,
-            "gran model hertz tangential history cohesion sjkr2 rolling_friction epsd2 limitForce off "
-            "torsionTorque on");
+  EXPECT_EQ(
+      trace.diagnostics.law,
+      "gran model hertz tangential history cohesion sjkr2 rolling_friction epsd2 limitForce off "
+      "torsionTorque on");
   EXPECT_GT(trace.diagnostics.steps, 1000);
 }
 

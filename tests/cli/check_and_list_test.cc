@@ -38,7 +38,7 @@ TEST(Check, JsonHoldsTheSame) {
   EXPECT_EQ(check.at("backend").at("name"), "table");
   EXPECT_EQ(check.at("backend").at("simulates"), false);
   EXPECT_EQ(check.at("programs").size(), 1u);
-  EXPECT_GT(check.at("groups").at("consolidation").size(), 3u);
+  EXPECT_GT(check.at("pi_groups").at(0).at("groups").size(), 3u);
   EXPECT_GT(check.at("cost").at("runs"), 0);
   EXPECT_THAT(Listing(folder.path()), IsEmpty());
 }

@@ -295,7 +295,7 @@ TEST(YamlReader, ErrorsOfLaterChecksHaveAPlace) {
   const auto visit = [](Archive& archive) {
     double stress = 0;
     archive.Quantity("stress", stress, "Pa");
-    EXPECT_EQ(archive.LocationOf("stress").ToString(), "s.yaml:2:9");
+    EXPECT_EQ(archive.LocationOf("stress").ToString(), "s.yaml:2:1");
     EXPECT_EQ(archive.LocationOf("absent").ToString(), "s.yaml:2:1");
     EXPECT_STREQ(archive.ErrorAt("", "odd").what(), "s.yaml:2:1: odd");
     throw archive.ErrorAt("stress", "too much for this powder");

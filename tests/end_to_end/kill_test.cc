@@ -18,13 +18,12 @@ using namespace std::chrono_literals;
 namespace fs = std::filesystem;
 
 const std::vector<std::string> kArguments = {
-    "run",  "quickstart", "--evaluations", "5", "--parallel", "2",
-    "--set", "backend.replicates=1", "--set", "backend.confirm_replicates=2"};
+    "run", "quickstart", "--evaluations",        "5",     "--parallel",
+    "2",   "--set",      "backend.replicates=1", "--set", "backend.confirm_replicates=2"};
 
 std::map<std::string, std::int64_t> RunsByKey(const fs::path& folder) {
   std::map<std::string, std::int64_t> keys;
-  for (const LedgerRun& run :
-       Ledger(folder / "ledger.sqlite", Ledger::Mode::read_only).Runs()) {
+  for (const LedgerRun& run : Ledger(folder / "ledger.sqlite", Ledger::Mode::read_only).Runs()) {
     EXPECT_TRUE(keys.emplace(run.key, run.id).second) << "run twice: " << run.key;
   }
   return keys;

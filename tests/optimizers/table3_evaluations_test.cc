@@ -1,6 +1,6 @@
 // How many evaluations until the void ratio of Table 3 is met, on a Gaussian process through the
-// table: the acceptance figure of the first issue, without the study runner. With POWDERCAL_PRINT
-// set in the environment the medians are printed.
+// table: what a search of the paper's own data takes, without the study runner. With
+// POWDERCAL_PRINT set in the environment the medians are printed.
 #include <gtest/gtest.h>
 
 #include <algorithm>

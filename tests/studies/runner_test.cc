@@ -172,6 +172,19 @@ TEST(Runner, WallTimeEndsTheStudy) {
   EXPECT_GT(results.total, 0);
 }
 
+TEST(Runner, AnotherVersionOfTheBackendIsNotMixedIn) {
+  const TemporaryFolder folder;
+  Study study = TableStudy();
+  RunIn(study, folder / "x");
+  Ledger(folder / "x/ledger.sqlite", Ledger::Mode::read_write).SetMeta("backend_version", "0.9");
+  try {
+    StudyRunner(study, {.folder = folder / "x"});
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("begun with table 0.9"));
+  }
+}
+
 TEST(Runner, AbsentSimulatorStopsBeforeAnythingIsMade) {
   const TemporaryFolder folder;
   const ProcessResult result = Powdercal({"run", "quickstart", "--out", (folder / "x").string()},

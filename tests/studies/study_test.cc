@@ -72,6 +72,14 @@ TEST(Study, OverridesReachAnyKey) {
   EXPECT_EQ(study.backend.replicates, 3) << "what is not overridden stays";
 }
 
+TEST(Study, OverridesReplaceListsAndSections) {
+  const Study study = Study::Load(
+      "quickstart", {{"parameters.rolling_friction.range", "[0.1, 0.2]"}, {"optimizer", "random"}});
+  EXPECT_EQ(study.space.parameters[1].lower, 0.1);
+  EXPECT_EQ(study.space.parameters[1].upper, 0.2);
+  EXPECT_EQ(study.optimizer->name(), "random");
+}
+
 TEST(Study, UnusedOverrideIsAnError) {
   try {
     Study::Load("quickstart", {{"budget.evaluatons", "7"}});

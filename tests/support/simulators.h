@@ -16,8 +16,7 @@ inline std::vector<pid_t> SimulatorsIn(const std::filesystem::path& folder) {
   for (const auto& entry : std::filesystem::directory_iterator("/proc", ignored)) {
     const std::string pid = entry.path().filename().string();
     if (pid.find_first_not_of("0123456789") != std::string::npos) continue;
-    const std::string cwd =
-        std::filesystem::read_symlink(entry.path() / "cwd", ignored).string();
+    const std::string cwd = std::filesystem::read_symlink(entry.path() / "cwd", ignored).string();
     std::string command;
     std::getline(std::ifstream(entry.path() / "comm"), command);
     if (cwd.starts_with(prefix) && command.starts_with("liggghts")) {
