@@ -7,6 +7,8 @@
 #include "cli/output.h"
 #include "cli/text.h"
 #include "core/quantity.h"
+#include "reports/results_json.h"
+#include "reports/text.h"
 #include "studies/planner.h"
 #include "studies/run_directory.h"
 
@@ -65,7 +67,7 @@ void PrintText(Study& study, const Planner& planner, const std::string& blocked)
   Print("\n# cost (right within a factor of about 2)\n  {} runs", cost.runs);
   if (backend.simulates()) {
     Print(", {:.2g} steps and {} each, {} in all with {} at a time\n", cost.steps_per_run,
-          Duration(cost.seconds_per_run), Duration(cost.seconds), study.parallel());
+          DurationText(cost.seconds_per_run), DurationText(cost.seconds), study.parallel());
   } else {
     Print("; {}\n", kNoSimulation);
   }
@@ -75,27 +77,6 @@ void PrintText(Study& study, const Planner& planner, const std::string& blocked)
   } else {
     Say("powdercal: {}\n", blocked);
   }
-}
-
-json GroupsToJson(const std::vector<ScalingTable>& tables) {
-  const auto number = [](const std::optional<double>& value) {
-    return value ? json(*value) : json();
-  };
-  json object = json::object();
-  for (const ScalingTable& table : tables) {
-    json groups = json::array();
-    for (const GroupComparison& group : table.groups) {
-      groups.push_back({{"symbol", group.symbol},
-                        {"meaning", group.meaning},
-                        {"experiment", number(group.experiment)},
-                        {"simulation", number(group.simulation)},
-                        {"ratio", number(group.ratio)},
-                        {"verdict", ToString(group.verdict)},
-                        {"remark", group.remark}});
-    }
-    object[table.experiment] = groups;
-  }
-  return object;
 }
 
 void PrintJson(Study& study, const Planner& planner, const std::string& blocked) {
@@ -108,9 +89,9 @@ void PrintJson(Study& study, const Planner& planner, const std::string& blocked)
                         {"law", run.program.law.ToString()},
                         {"hash", run.program_hash}});
   }
-  json groups = json::object();
+  json groups = json::array();
   if (study.scaling->ExplainUnsupported(planner.Laboratory(0)).empty()) {
-    groups = GroupsToJson(planner.ScalingTables(CentreOf(study.space)));
+    groups = PiGroupsToJson(planner.ScalingTables(CentreOf(study.space)));
   }
   const Availability& availability = planner.availability();
   const json document = {{"schema", 1},
@@ -126,7 +107,7 @@ void PrintJson(Study& study, const Planner& planner, const std::string& blocked)
                            {"version", availability.version},
                            {"simulates", study.backend.backend->simulates()}}},
                          {"programs", programs},
-                         {"groups", groups},
+                         {"pi_groups", groups},
                          {"cost",
                           {{"runs", cost.runs},
                            {"steps_per_run", cost.steps_per_run},

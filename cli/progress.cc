@@ -9,6 +9,7 @@
 
 #include "cli/output.h"
 #include "cli/text.h"
+#include "reports/text.h"
 
 namespace powdercal::cli {
 namespace {
@@ -91,8 +92,8 @@ void ProgressDisplay::OnTick(const Progress& progress) {
   if (progress.best) {
     text += "  best " + DescribePoint(study_.space.parameters, progress.best_parameters);
   }
-  text += "  " + Duration(progress.elapsed_seconds);
-  if (progress.seconds_left) text += ", at most " + Duration(*progress.seconds_left) + " left";
+  text += "  " + DurationText(progress.elapsed_seconds);
+  if (progress.seconds_left) text += ", at most " + DurationText(*progress.seconds_left) + " left";
   Say("\r\033[K{}", FitTerminal(text));
   status_shown_ = true;
 }

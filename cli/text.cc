@@ -7,6 +7,7 @@
 
 #include "core/quantity.h"
 #include "reports/statements.h"
+#include "reports/text.h"
 
 namespace powdercal::cli {
 namespace {
@@ -52,13 +53,6 @@ std::string DescribePoint(const std::vector<Parameter>& parameters,
         fmt::format("{} = {}", parameters[i].symbol, HumanQuantity(values[i], parameters[i].unit));
   }
   return text;
-}
-
-std::string Duration(double seconds) {
-  const auto whole = static_cast<long long>(std::llround(std::max(0.0, seconds)));
-  if (whole >= 3600) return fmt::format("{} h {:02} min", whole / 3600, whole % 3600 / 60);
-  if (whole >= 60) return fmt::format("{} min {:02} s", whole / 60, whole % 60);
-  return fmt::format("{} s", whole);
 }
 
 std::string AlignedTable(const std::vector<std::vector<std::string>>& rows) {
@@ -109,8 +103,9 @@ std::string Summary(const StudyResults& results) {
   }
   for (const std::string& caveat : Caveats(results)) text += "note: " + caveat + "\n";
   const double wall = std::max(results.wall_seconds, 1e-9);
-  text += fmt::format("time: {} wall clock, {} inside simulators on {} at a time", Duration(wall),
-                      Duration(results.simulation_seconds), results.parallel);
+  text +=
+      fmt::format("time: {} wall clock, {} inside simulators on {} at a time", DurationText(wall),
+                  DurationText(results.simulation_seconds), results.parallel);
   if (results.simulated) {
     text += fmt::format(", {:.2f} % overhead", 100 * results.overhead_seconds / wall);
   }

@@ -13,9 +13,6 @@ namespace powdercal::cli {
 std::string DescribePoint(const std::vector<Parameter>& parameters,
                           const std::vector<double>& values);
 
-/// "1 h 05 min", "2 min 10 s", "12 s".
-std::string Duration(double seconds);
-
 /// The Pi groups of one experiment as an aligned table, remarks below.
 std::string GroupTable(const ScalingTable& table);
 

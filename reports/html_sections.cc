@@ -41,7 +41,7 @@ std::string ParametersCard(const StudyResults& results) {
     std::string value = "none";
     if (best != nullptr) {
       const auto found = best->parameters.find(parameter.name);
-      if (found != best->parameters.end()) value = Value(found->second, parameter.unit, 5);
+      if (found != best->parameters.end()) value = Value(found->second, parameter.unit);
     }
     html += fmt::format(
         "<tr><td>{}</td><td class=\"number value\">{}</td>"
@@ -196,25 +196,11 @@ std::string CaveatsCard(const StudyResults& results) {
                      items.empty() ? "<p>Nothing to warn of.</p>\n" : "<ul>" + items + "</ul>\n");
 }
 
-const char* VerdictClass(GroupComparison::Verdict verdict) {
-  switch (verdict) {
-    case GroupComparison::Verdict::matched:
-      return "matched";
-    case GroupComparison::Verdict::off:
-      return "off";
-    case GroupComparison::Verdict::violated:
-      return "violated";
-    case GroupComparison::Verdict::unknown:
-      break;
-  }
-  return "unknown";
-}
-
 std::string GroupRow(const GroupComparison& group) {
   const auto number = [](const std::optional<double>& value) {
     return value ? H(NumberText(*value, 3)) : std::string("—");
   };
-  const char* verdict = VerdictClass(group.verdict);
+  const std::string& verdict = ToString(group.verdict);
   std::string remark = group.remark;
   if (!remark.empty() && remark.back() != '.') remark += '.';
   return fmt::format(

@@ -128,21 +128,9 @@ json RunEntry(const EvaluationResult& evaluation, const RunResult& run) {
           {"law", run.law}};
 }
 
-const char* VerdictName(GroupComparison::Verdict verdict) {
-  switch (verdict) {
-    case GroupComparison::Verdict::matched:
-      return "matched";
-    case GroupComparison::Verdict::off:
-      return "off";
-    case GroupComparison::Verdict::violated:
-      return "violated";
-    case GroupComparison::Verdict::unknown:
-      break;
-  }
-  return "unknown";
-}
+}  // namespace
 
-json PiGroups(const std::vector<ScalingTable>& tables) {
+json PiGroupsToJson(const std::vector<ScalingTable>& tables) {
   json list = json::array();
   for (const ScalingTable& table : tables) {
     json groups = json::array();
@@ -152,15 +140,13 @@ json PiGroups(const std::vector<ScalingTable>& tables) {
                         {"experiment", Number(group.experiment)},
                         {"simulation", Number(group.simulation)},
                         {"ratio", Number(group.ratio)},
-                        {"verdict", VerdictName(group.verdict)},
+                        {"verdict", ToString(group.verdict)},
                         {"remark", group.remark}});
     }
     list.push_back({{"experiment", table.experiment}, {"groups", std::move(groups)}});
   }
   return list;
 }
-
-}  // namespace
 
 json ResultsToJson(const StudyResults& results) {
   const EvaluationResult* best = BestEvaluation(results);
@@ -199,7 +185,7 @@ json ResultsToJson(const StudyResults& results) {
       {"history", std::move(history)},
       {"failures", std::move(failures)},
       {"runs", std::move(runs)},
-      {"pi_groups", PiGroups(results.scaling_tables)},
+      {"pi_groups", PiGroupsToJson(results.scaling_tables)},
       {"caveats", Caveats(results)},
       {"warnings", results.warnings},
       {"wall_s", Number(results.wall_seconds)},

@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "studies/results.h"
 
@@ -11,6 +12,10 @@ namespace powdercal {
 /// function of the study and its seed alone: no times, no paths, no run ids, nothing of whether the
 /// study was interrupted; those are in `runs` and `failures`.
 nlohmann::json ResultsToJson(const StudyResults& results);
+
+/// The `pi_groups` of results.json: a list of {experiment, groups: [{symbol, meaning, experiment,
+/// simulation, ratio, verdict, remark}]}.
+nlohmann::json PiGroupsToJson(const std::vector<ScalingTable>& tables);
 
 /// JSON text, indented, ending in a newline; bytes that are not UTF-8 are replaced.
 std::string JsonText(const nlohmann::json& json);
