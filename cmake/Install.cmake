@@ -6,9 +6,9 @@ install(TARGETS ${powdercal_libraries} EXPORT powdercalTargets
 install(TARGETS powdercal_program RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 foreach(folder core scaling surrogates backends experiments optimizers studies reports)
   install(DIRECTORY ${folder} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/powdercal
-          FILES_MATCHING PATTERN "*.h")
+          FILES_MATCHING PATTERN "*.h" PATTERN assets EXCLUDE PATTERN library EXCLUDE)
 endforeach()
-install(DIRECTORY studies/library DESTINATION ${CMAKE_INSTALL_DATADIR}/powdercal/studies)
+install(DIRECTORY studies/library/ DESTINATION ${CMAKE_INSTALL_DATADIR}/powdercal/studies)
 install(EXPORT powdercalTargets NAMESPACE powdercal:: FILE powdercalTargets.cmake
         DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/powdercal)
 configure_package_config_file(cmake/powdercalConfig.cmake.in powdercalConfig.cmake
