@@ -17,12 +17,6 @@ namespace {
 
 using nlohmann::json;
 
-std::vector<double> CentreOf(const SearchSpace& space) {
-  const Eigen::VectorXd middle = Eigen::VectorXd::Constant(space.dimension(), 0.5);
-  const Eigen::VectorXd values = space.FromUnit(middle);
-  return {values.begin(), values.end()};
-}
-
 // What would stop `run`, or "".
 std::string ExplainBlocked(Study& study, const Planner& planner,
                            const std::filesystem::path& folder) {
@@ -50,7 +44,7 @@ std::string DescribeProgram(const Program& program) {
 
 void PrintText(Study& study, const Planner& planner, const std::string& blocked) {
   Print("# resolved study\n{}\n# plan\n", study.ToYaml());
-  const std::vector<double> centre = CentreOf(study.space);
+  const std::vector<double> centre = planner.Centre();
   for (const PlannedRun& run : planner.Plan(centre, 0)) Print("{}", DescribeProgram(run.program));
   const Backend& backend = *study.backend.backend;
   const Availability& availability = planner.availability();
@@ -71,7 +65,7 @@ void PrintText(Study& study, const Planner& planner, const std::string& blocked)
   } else {
     Print("; {}\n", kNoSimulation);
   }
-  for (const std::string& warning : study.warnings) Print("warning: {}\n", warning);
+  for (const std::string& warning : planner.Warnings()) Print("warning: {}\n", warning);
   if (blocked.empty()) {
     Print("\nready to run\n");
   } else {
@@ -82,7 +76,7 @@ void PrintText(Study& study, const Planner& planner, const std::string& blocked)
 void PrintJson(Study& study, const Planner& planner, const std::string& blocked) {
   const Planner::Cost cost = planner.EstimateCost();
   json programs = json::array();
-  for (const PlannedRun& run : planner.Plan(CentreOf(study.space), 0)) {
+  for (const PlannedRun& run : planner.Plan(planner.Centre(), 0)) {
     programs.push_back({{"experiment", run.program.experiment},
                         {"particles", run.program.particles.count},
                         {"time_step", run.program.time_step},
@@ -91,7 +85,7 @@ void PrintJson(Study& study, const Planner& planner, const std::string& blocked)
   }
   json groups = json::array();
   if (study.scaling->ExplainUnsupported(planner.Laboratory(0)).empty()) {
-    groups = PiGroupsToJson(planner.ScalingTables(CentreOf(study.space)));
+    groups = PiGroupsToJson(planner.ScalingTables(planner.Centre()));
   }
   const Availability& availability = planner.availability();
   const json document = {{"schema", 1},
@@ -100,7 +94,7 @@ void PrintJson(Study& study, const Planner& planner, const std::string& blocked)
                          {"resolved", study.ToYaml()},
                          {"ready", blocked.empty()},
                          {"problem", blocked},
-                         {"warnings", study.warnings},
+                         {"warnings", planner.Warnings()},
                          {"backend",
                           {{"name", study.backend.backend->name()},
                            {"available", availability.available},

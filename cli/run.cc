@@ -19,13 +19,13 @@ int RunStudy(Study& study, const std::filesystem::path& folder, bool json) {
   const Availability availability = study.backend.backend->availability();
   StudyRunner::End end;
   {
-    for (const std::string& warning : study.warnings) Say("warning: {}\n", warning);
     ProgressDisplay display(study);
     StudyRunner runner(study, {.folder = folder, .stop = signals.token(), .listener = &display});
     display.Begin(fmt::format("powdercal {}: {} with {} on {} {}, {} at a time, in {}", kVersion,
                               study.name, study.optimizer->name(), study.backend.backend->name(),
                               availability.version, study.parallel(), folder.string()));
     if (!study.backend.backend->simulates()) Say("{}\n", kNoSimulation);
+    for (const std::string& warning : Planner(study).Warnings()) Say("warning: {}\n", warning);
     end = runner.Run();
   }
   // Opened for writing, so that SQLite folds its side files into the ledger when it closes.

@@ -106,6 +106,29 @@ std::vector<PlannedRun> Planner::Plan(const std::vector<double>& parameters, int
   return runs;
 }
 
+std::vector<double> Planner::Centre() const {
+  const Eigen::VectorXd middle = Eigen::VectorXd::Constant(study_.space.dimension(), 0.5);
+  const Eigen::VectorXd values = study_.space.FromUnit(middle);
+  return {values.begin(), values.end()};
+}
+
+std::vector<std::string> Planner::Warnings() const {
+  std::vector<std::string> warnings = study_.warnings;
+  if (!study_.backend.backend->simulates() || !ExplainUnsupported().empty()) return warnings;
+  for (const PlannedRun& run : Plan(Centre(), 0)) {
+    const Materials& m = run.program.materials;
+    const double fraction =
+        run.program.time_step / RayleighTime(study_.powder.sizes.Quantile(0) / 2, m.density,
+                                             m.young_modulus, m.poisson_ratio);
+    if (fraction <= 0.4) continue;
+    warnings.push_back(
+        fmt::format("{}: the time step is {:.2g} Rayleigh times of the smallest "
+                    "particle; beyond 0.4 runs blow up",
+                    run.program.experiment, fraction));
+  }
+  return warnings;
+}
+
 std::string Planner::ExplainUnsupported() const {
   for (std::size_t i = 0; i < study_.experiments.size(); ++i) {
     const std::string reason = study_.scaling->ExplainUnsupported(Laboratory(i));
@@ -114,10 +137,7 @@ std::string Planner::ExplainUnsupported() const {
                          study_.experiments[i].experiment->name(), reason);
     }
   }
-  std::vector<double> centre;
-  const Eigen::VectorXd middle = Eigen::VectorXd::Constant(study_.space.dimension(), 0.5);
-  for (const double value : study_.space.FromUnit(middle)) centre.push_back(value);
-  for (const PlannedRun& run : Plan(centre, 0)) {
+  for (const PlannedRun& run : Plan(Centre(), 0)) {
     const std::string reason = study_.backend.backend->ExplainUnsupported(run.program);
     if (!reason.empty()) {
       return fmt::format("backend '{}' cannot run {}: {}", study_.backend.backend->name(),
@@ -165,15 +185,12 @@ LedgerRun Planner::Execute(const PlannedRun& run, const RunContext& context) con
 }
 
 Planner::Cost Planner::EstimateCost() const {
-  std::vector<double> centre;
-  const Eigen::VectorXd middle = Eigen::VectorXd::Constant(study_.space.dimension(), 0.5);
-  for (const double value : study_.space.FromUnit(middle)) centre.push_back(value);
   const BackendSpecification& backend = study_.backend;
   const auto experiments = static_cast<int>(study_.experiments.size());
   Cost cost{.runs = experiments * (study_.budget.evaluations * backend.replicates +
                                    backend.confirm_replicates - backend.replicates)};
   const double throughput = backend.backend->Throughput();
-  for (const PlannedRun& run : Plan(centre, 0)) {
+  for (const PlannedRun& run : Plan(Centre(), 0)) {
     const double duration =
         study_.experiments[run.experiment].experiment->ExpectedDuration(run.program);
     const double steps = duration / run.program.time_step;

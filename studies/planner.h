@@ -36,8 +36,15 @@ class Planner {
   std::vector<PlannedRun> Plan(const std::vector<double>& parameters, int replicate,
                                std::optional<std::uint64_t> seed = {}) const;
 
+  /// The centre of the search box [SI].
+  std::vector<double> Centre() const;
+
   /// Why the backend cannot run this study, or "".
   std::string ExplainUnsupported() const;
+
+  /// What a user should know before anything is run: the study's own warnings, and a time step
+  /// beyond 0.4 Rayleigh times.
+  std::vector<std::string> Warnings() const;
 
   /// Runs a planned simulation and measures it. Never throws for failures of the simulation.
   LedgerRun Execute(const PlannedRun& run, const RunContext& context) const;

@@ -146,7 +146,7 @@ void AddHistory(const Study& study, const Ledger& ledger, StudyResults& results)
 
 // What only the study knows; reports/statements.h derives the other caveats from the results.
 void AddWarnings(const Study& study, StudyResults& results) {
-  results.warnings = study.warnings;
+  results.warnings = Planner(study).Warnings();
   if (!results.best) return;
   for (const ResponseResult& response : results.history[*results.best].responses) {
     if (response.replicates < study.backend.confirm_replicates) {

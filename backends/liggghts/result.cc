@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
+#include <numbers>
 #include <sstream>
 #include <stdexcept>
 
@@ -59,16 +60,17 @@ Outcome LostAtoms(const Program& program, const std::vector<Record>& records, in
   const Materials& m = program.materials;
   const double fraction = program.time_step / RayleighTime(SmallestRadius(program), m.density,
                                                            m.young_modulus, m.poisson_ratio);
+  std::string seen = fmt::format(
+      "LIGGGHTS lost particles; time step {:.3g} s is {:.2f} of the Rayleigh time of the smallest "
+      "particle",
+      program.time_step, fraction);
   double speed = 0;
   if (!records.empty() && records.back().values.contains("ke")) {
-    const double d3 = program.particles.sizes.Moment(3);
-    const double mass = particle_count * m.density * 3.14159265358979 / 6 * d3;
+    const double mass =
+        particle_count * m.density * std::numbers::pi / 6 * program.particles.sizes.Moment(3);
     speed = std::sqrt(2 * records.back().values.at("ke") / mass);
+    seen += fmt::format("; speed at the last check {:.3g} m/s", speed);
   }
-  const std::string seen = fmt::format(
-      "LIGGGHTS lost particles; time step {:.3g} s is {:.2f} of the Rayleigh time of the smallest "
-      "particle; speed at the last check {:.3g} m/s",
-      program.time_step, fraction, speed);
   const bool unstable = fraction > kUnstableRayleigh || speed > kFast;
   return {unstable ? Reason::unstable : Reason::lost_particles, seen};
 }

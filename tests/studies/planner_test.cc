@@ -59,6 +59,13 @@ TEST(Planner, ScalingTableShowsWhatTheSoftSimulationBreaks) {
   EXPECT_EQ(groups[0].verdict, GroupComparison::Verdict::violated);
 }
 
+TEST(Planner, WarnsOfATimeStepThatBlowsUp) {
+  const Study good = Study::Load("quickstart");
+  EXPECT_THAT(Planner(good).Warnings(), ::testing::IsEmpty());
+  const Study study = Study::Load("quickstart", {{"numerics.time_step", "1 us"}});
+  EXPECT_THAT(Planner(study).Warnings(), ::testing::ElementsAre(HasSubstr("0.72 Rayleigh")));
+}
+
 TEST(Planner, CostGrowsWithTheBudget) {
   const Study small = Study::Load("quickstart", {{"budget.evaluations", "5"}});
   const Study large = Study::Load("quickstart", {{"budget.evaluations", "50"}});
