@@ -336,8 +336,14 @@ int Study::parallel() const {
 
 std::filesystem::path LibraryFolder() {
   if (const char* folder = std::getenv("POWDERCAL_STUDIES")) return folder;
+  // An installed program looks beside itself first, wherever it was installed to.
+  std::error_code error;
+  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
+  const std::filesystem::path beside =
+      program.parent_path().parent_path() / "share" / "powdercal" / "studies";
+  if (!error && std::filesystem::is_directory(beside, error)) return beside;
   for (const char* folder : {POWDERCAL_SOURCE_STUDIES, POWDERCAL_INSTALLED_STUDIES}) {
-    if (std::filesystem::is_directory(folder)) return folder;
+    if (std::filesystem::is_directory(folder, error)) return folder;
   }
   return {};
 }
