@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "studies/results.h"
 #include "studies/study.h"
 
 namespace powdercal::cli {
@@ -47,6 +48,9 @@ void AddReport(CLI::App& program, int& status);
 void AddResume(CLI::App& program, int& status);
 void AddRun(CLI::App& program, int& status);
 void AddSimulate(CLI::App& program, int& status);
+
+/// Writes the reports into the run folder, and prints results.json or the summary.
+void PublishResults(const StudyResults& results, const std::filesystem::path& folder, bool json);
 
 /// Runs or resumes a study in `folder`, with progress, and writes its reports.
 int RunStudy(Study& study, const std::filesystem::path& folder, bool json);

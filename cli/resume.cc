@@ -1,13 +1,10 @@
 #include <fmt/format.h>
 
-#include <nlohmann/json.hpp>
 
 #include "cli/commands.h"
 #include "cli/output.h"
 #include "cli/text.h"
 #include "core/files.h"
-#include "reports/results_json.h"
-#include "reports/write.h"
 #include "studies/runner.h"
 
 namespace powdercal::cli {
@@ -61,12 +58,7 @@ void AddReport(CLI::App& program, int& status) {
     Study study = LoadFromFolder(folder);
     const StudyResults results =
         CollectResults(study, Ledger(folder / "ledger.sqlite", Ledger::Mode::read_only));
-    WriteReports(results, folder);
-    if (options->json) {
-      Print("{}\n", ResultsToJson(results).dump(2));
-    } else {
-      Print("{}report: {}\n", Summary(results), (folder / "report.html").string());
-    }
+    PublishResults(results, folder, options->json);
     status = kDone;
   });
 }

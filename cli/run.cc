@@ -14,6 +14,15 @@
 
 namespace powdercal::cli {
 
+void PublishResults(const StudyResults& results, const std::filesystem::path& folder, bool json) {
+  WriteReports(results, folder);
+  if (json) {
+    Print("{}\n", ResultsToJson(results).dump(2));
+  } else {
+    Print("{}report: {}\n", Summary(results), (folder / "report.html").string());
+  }
+}
+
 int RunStudy(Study& study, const std::filesystem::path& folder, bool json) {
   SignalStop signals;
   const Availability availability = study.backend.backend->availability();
@@ -31,12 +40,7 @@ int RunStudy(Study& study, const std::filesystem::path& folder, bool json) {
   // Opened for writing, so that SQLite folds its side files into the ledger when it closes.
   const StudyResults results =
       CollectResults(study, Ledger(folder / "ledger.sqlite", Ledger::Mode::read_write));
-  WriteReports(results, folder);
-  if (json) {
-    Print("{}\n", ResultsToJson(results).dump(2));
-  } else {
-    Print("{}report: {}\n", Summary(results), (folder / "report.html").string());
-  }
+  PublishResults(results, folder, json);
   if (end == StudyRunner::End::interrupted) return kInterrupted;
   return results.best ? kDone : kFellShort;
 }

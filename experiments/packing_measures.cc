@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "backends/cell_grid.h"
+#include "scaling/groups.h"
 
 namespace powdercal {
 namespace {
@@ -260,7 +261,7 @@ double HertzEnergy(const Packing& packing, const Contacts& contacts, double youn
     sum +=
         contact.overlap * contact.overlap * std::sqrt(packing[contact.i].radius * contact.overlap);
   }
-  const double effective_modulus = young_modulus / (2 * (1 - poisson_ratio * poisson_ratio));
+  const double effective_modulus = EffectiveModulus(young_modulus, poisson_ratio);
   return 8.0 / 15.0 * effective_modulus * sum;
 }
 

@@ -145,14 +145,14 @@ void AddHistory(const Study& study, const Ledger& ledger, StudyResults& results)
 }
 
 // What only the study knows; reports/statements.h derives the other caveats from the results.
-void AddWarnings(const Study& study, StudyResults& results) {
-  results.warnings = Planner(study).Warnings();
+void AddWarnings(const Planner& planner, StudyResults& results) {
+  results.warnings = planner.Warnings();
   if (!results.best) return;
   for (const ResponseResult& response : results.history[*results.best].responses) {
-    if (response.replicates < study.backend.confirm_replicates) {
+    if (response.replicates < planner.study().backend.confirm_replicates) {
       results.warnings.push_back(fmt::format(
           "{} of the best point is a mean of {} particle seeds, not of the {} asked for.",
-          response.name, response.replicates, study.backend.confirm_replicates));
+          response.name, response.replicates, planner.study().backend.confirm_replicates));
     }
   }
 }
@@ -184,19 +184,18 @@ StudyResults CollectResults(Study& study, const Ledger& ledger) {
       .stop_reason = ledger.GetMeta("stop_reason").value_or("")};
   results.parallel = study.parallel();
   AddHistory(study, ledger, results);
-  std::vector<double> parameters;
-  const Eigen::VectorXd middle = Eigen::VectorXd::Constant(study.space.dimension(), 0.5);
-  for (const double value : study.space.FromUnit(middle)) parameters.push_back(value);
+  const Planner planner(study);
+  std::vector<double> parameters = planner.Centre();
   if (results.best) {
     for (std::size_t i = 0; i < parameters.size(); ++i) {
       parameters[i] = results.history[*results.best].parameters.at(study.space.parameters[i].name);
     }
   }
-  results.scaling_tables = Planner(study).ScalingTables(parameters);
+  results.scaling_tables = planner.ScalingTables(parameters);
   const Ledger::Times times = ledger.TotalTimes();
   results.wall_seconds = times.wall;
   results.overhead_seconds = times.overhead;
-  AddWarnings(study, results);
+  AddWarnings(planner, results);
   return results;
 }
 

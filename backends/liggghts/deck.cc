@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "backends/insertion.h"
+#include "scaling/groups.h"
 
 namespace powdercal::liggghts {
 namespace {
@@ -187,8 +188,7 @@ class DeckWriter {
     const double relative_change =
         hold.strain_rate * static_cast<double>(steps) * program_.time_step;
     const Materials& m = program_.materials;
-    const double kappa = std::pow(
-        m.young_modulus / ((1 - m.poisson_ratio * m.poisson_ratio) * servo_.stress), 2.0 / 3.0);
+    const double kappa = StiffnessNumber(m.young_modulus, m.poisson_ratio, servo_.stress);
     // Elastic energy of the bed, per unit of its height.
     const double energy = servo_.stress * Area(program_) / kappa;
     // fix ave/time writes at multiples of its period only: align the windows with them.
@@ -316,7 +316,7 @@ double ServoSpeed(const Program& program, const Servo& servo) {
   const double contacts = 0.5 * Area(program) / (d * d);
   const double force = servo.stress * Area(program);
   // Effective modulus of two like bodies, as LIGGGHTS takes it for walls.
-  const double modulus = m.young_modulus / (2 * (1 - m.poisson_ratio * m.poisson_ratio));
+  const double modulus = EffectiveModulus(m.young_modulus, m.poisson_ratio);
   const double mass = m.density * std::numbers::pi / 6 * d * d * d;
   const double cohesion = program.law.cohesion == ContactLaw::Cohesion::sjkr2
                               ? 2 * std::numbers::pi * wall.cohesion_energy_density * radius
