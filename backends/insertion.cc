@@ -111,9 +111,7 @@ double SolidFraction(const std::vector<double>& diameters, const Domain& domain,
                      const Insert& insert) {
   double cubes = 0;
   for (const double d : diameters) cubes += d * d * d;
-  return std::numbers::pi / 6 * cubes /
-         ((domain.upper[0] - domain.lower[0]) * (domain.upper[1] - domain.lower[1]) *
-          (insert.top - insert.bottom));
+  return std::numbers::pi / 6 * cubes / (domain.BaseArea() * (insert.top - insert.bottom));
 }
 
 void CheckSlab(const Domain& domain, const Insert& insert, double largest) {
@@ -122,7 +120,7 @@ void CheckSlab(const Domain& domain, const Insert& insert, double largest) {
                                  HumanQuantity(size, "m"), HumanQuantity(largest, "m")));
   };
   for (int axis = 0; axis < 2; ++axis) {
-    const double width = domain.upper[axis] - domain.lower[axis];
+    const double width = domain.Lengths()[axis];
     if (!(width >= largest)) fail(fmt::format("the domain's width in {}", "xy"[axis]), width);
   }
   const double height = insert.top - insert.bottom;

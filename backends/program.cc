@@ -138,10 +138,22 @@ std::span<const std::string> RollingNames() {
   return names;
 }
 
+std::span<const std::string> EdgeControlNames() {
+  static const std::vector<std::string> names = {"strain_rate", "stress"};
+  return names;
+}
+
 const std::string& StageName(const Stage& stage) {
-  static const std::vector<std::string> names = {"insert", "settle", "servo", "hold"};
-  static_assert(std::variant_size_v<Stage> == 4);
+  static const std::vector<std::string> names = {"insert", "settle",  "servo",
+                                                 "hold",   "advance", "deform"};
+  static_assert(std::variant_size_v<Stage> == 6);
   return names[stage.index()];
+}
+
+const std::string& MomentName(const Stage& stage) {
+  if (const auto* advance = std::get_if<Advance>(&stage)) return advance->name;
+  if (const auto* deform = std::get_if<Deform>(&stage)) return deform->name;
+  return StageName(stage);
 }
 
 std::string ContactLaw::ToString() const {

@@ -49,6 +49,16 @@ struct ContactParameters {
   double surface_energy = 0;           ///< [J/m2] gamma of DMT
 };
 
+/// Constants of the linear law, F_n = k_n delta − gamma_n v_n, F_t = −k_t xi − gamma_t v_t: the
+/// same for every pair, whatever its sizes. They stand in place of E, nu and the restitution, which
+/// the linear law does not look at.
+struct LinearStiffness {
+  double normal = 0;              ///< [N/m] k_n
+  double tangential = 0;          ///< [N/m] k_t
+  double normal_damping = 0;      ///< [kg/s] gamma_n
+  double tangential_damping = 0;  ///< [kg/s] gamma_t
+};
+
 /// Elastic and contact parameters of the powder and of the walls (walls share E and nu).
 struct Materials {
   double density = 0;        ///< [kg/m3] of the solid
@@ -56,6 +66,7 @@ struct Materials {
   double poisson_ratio = 0;  ///< [-]
   ContactParameters particle_particle;
   ContactParameters particle_wall;
+  LinearStiffness linear;  ///< of the linear normal law, at particles and walls alike
 };
 
 /// The canonical contact law; docs/physics.md has the formulas of each name.
@@ -93,27 +104,64 @@ struct Sphere {
 };
 using Packing = std::vector<Sphere>;
 
+/// What a contact remembers: all that a packing does not say of a bed under load. Vectors are those
+/// of the contact as sphere i sees it.
+struct ContactHistory {
+  std::int64_t i = 0;  ///< id
+  std::int64_t j = 0;  ///< id of the other sphere; −1 − w for the plane `Program::walls[w]`
+  Vector3 shear{};     ///< [m] xi of `displacement`; [N] elastic tangential force of `incremental`
+  Vector3 rolling{};   ///< [N m] torque of the rolling spring of `epsd2`
+};
+
 /// The particles: drawn from a distribution with a seed, or an explicit packing.
 struct Particles {
   SizeDistribution sizes;
   int count = 0;
   std::uint64_t seed = 0;
-  std::optional<Packing> packing;  ///< takes precedence over count and seed
+  std::optional<Packing> packing;        ///< takes precedence over count and seed
+  std::vector<ContactHistory> contacts;  ///< of an explicit packing; empty: none remembers anything
 };
 
-enum class Boundary { periodic, open };  ///< open: particles that leave are lost
+/// What happens at a pair of opposite sides of the domain. open: no particle may leave, one that
+/// does is lost, and the run has failed. outflow: particles may leave; they are removed and
+/// counted.
+enum class Boundary { periodic, open, outflow };
 
 struct Domain {
   Vector3 lower{};  ///< [m]
   Vector3 upper{};  ///< [m]
   std::array<Boundary, 3> boundaries{Boundary::periodic, Boundary::periodic, Boundary::open};
+
+  Vector3 Lengths() const {
+    return {upper[0] - lower[0], upper[1] - lower[1], upper[2] - lower[2]};
+  }
+  /// Area of the base, x by y [m2].
+  double BaseArea() const { return (upper[0] - lower[0]) * (upper[1] - lower[1]); }
 };
 
-/// A flat wall perpendicular to z, infinite in x and y.
+/// A flat wall perpendicular to one axis, infinite along the others.
 struct PlaneWall {
   std::string name;
-  double height = 0;      ///< [m] z of the wall
-  bool facing_up = true;  ///< the side on which the particles are
+  int axis = 2;                 ///< 0, 1, 2: x, y, z
+  double position = 0;          ///< [m] along the axis
+  bool facing_positive = true;  ///< the particles are on the side of larger coordinates
+  bool frictionless = false;    ///< contacts carry the normal force alone: no friction, cohesion,
+                                ///< or rolling friction
+};
+
+/// A surface of triangles, such as a blade or a ridged plate; it acts on both of its sides. Edges
+/// and corners that triangles share are told from equal coordinates.
+struct Mesh {
+  std::string name;
+  std::vector<Vector3> vertices;              ///< [m]
+  std::vector<std::array<int, 3>> triangles;  ///< indices of vertices
+};
+
+/// Particles that move as one rigid piece and never turn, such as the rough floor of a shear cell.
+/// Contacts within a group carry no force.
+struct GluedGroup {
+  std::string name;
+  std::vector<std::int64_t> ids;  ///< of the explicit packing
 };
 
 /// Places `particles` at random, without overlap, in a slab of the domain (see insertion.h).
@@ -133,10 +181,12 @@ struct Settle {
   double max_duration = 0;          ///< [s]
 };
 
-/// Places the wall just above the highest particle and loads the bed with it to a normal stress;
-/// the wall then follows the bed and keeps the stress. The gain of the controller is the backend's
-/// matter: it must be stable for the contact stiffness at hand. Ends when 90 % of the stress is
-/// reached, or at `max_duration`; what follows then finds that the stress is missed.
+/// Places the wall (a plane, a mesh or a glued group) just above the highest particle and loads the
+/// bed with it to a normal stress along z, downward, over the area of the domain's base; it then
+/// follows the bed and keeps the stress, also in the stages after this one. The gain of the
+/// controller is the backend's matter: it must be stable for the contact stiffness at hand. Ends
+/// when 90 % of the stress is reached, or at `max_duration`; what follows then finds that the
+/// stress is missed.
 struct Servo {
   std::string wall;
   double stress = 0;        ///< [Pa] compressive, positive
@@ -157,9 +207,55 @@ struct Hold {
   double max_duration = 0;          ///< [s]
 };
 
-using Stage = std::variant<Insert, Settle, Servo, Hold>;
-/// "insert", "settle", "servo", "hold": also the names of a trace's moments.
+/// Prescribed rigid motion of a plane, a mesh or a glued group. A plane moves along its own axis;
+/// along the others its surface slides past the particles. Only meshes turn.
+struct Motion {
+  std::string body;
+  Vector3 velocity{};  ///< [m/s]
+  Vector3 spin{};      ///< [rad/s] about `centre`, which moves along
+  Vector3 centre{};    ///< [m] at the beginning of the stage
+};
+
+/// Runs for a time, with bodies in prescribed motion; those not named rest, servos go on. A motion
+/// ends with its stage.
+struct Advance {
+  std::string name = "advance";  ///< of the moment at its end; distinct within a program
+  double duration = 0;           ///< [s] rounded to whole steps
+  std::vector<Motion> motions;
+  /// Packings on the way: a moment named `name` every so many steps. 0: only the one at the end.
+  int packing_every = 0;
+};
+
+/// What one edge of a periodic cell does.
+struct EdgeControl {
+  enum class Kind { strain_rate, stress };
+  Kind kind = Kind::strain_rate;
+  double value =
+      0;  ///< [1/s] of the edge's length, positive: it grows; or [Pa] compressive, positive
+};
+std::span<const std::string> EdgeControlNames();
+
+/// Deforms a cell that is periodic in x, y and z: each edge at a rate or to a stress, and
+/// Lees–Edwards shear, x displaced along z (Lees & Edwards 1972). Affine velocities are given to
+/// the particles with the deformation, so that no boundary drives them. A stress-controlled edge
+/// follows (dL/dt)/L = gain · rate · (s − s0)/s0, with s the filtered contact and kinetic stress
+/// (weight 0.3, every 20 steps), at most 6 · rate; rate is `shear_rate`, or `relaxation_rate`
+/// without shear.
+struct Deform {
+  std::string name = "deform";
+  double duration = 0;  ///< [s]
+  std::array<EdgeControl, 3> edges;
+  double shear_rate = 0;       ///< [1/s] dv_x/dz
+  double relaxation_rate = 0;  ///< [1/s] sets the pace of stress control where nothing is sheared
+  double gain = 3;             ///< [-]
+};
+
+using Stage = std::variant<Insert, Settle, Servo, Hold, Advance, Deform>;
+/// "insert", "settle", "servo", "hold", "advance", "deform".
 const std::string& StageName(const Stage& stage);
+/// Name of the trace's moment at the end of the stage: StageName(), but the stage's own `name` of
+/// Advance and Deform.
+const std::string& MomentName(const Stage& stage);
 
 /// What to simulate. The trace holds a packing at the end of each stage but Insert.
 struct Program {
@@ -171,6 +267,8 @@ struct Program {
   ContactLaw law;
   Domain domain;
   std::vector<PlaneWall> walls;
+  std::vector<Mesh> meshes;
+  std::vector<GluedGroup> groups;
   Vector3 gravity{0, 0, -9.81};  ///< [m/s2]
   double time_step = 0;          ///< [s]
   std::vector<Stage> stages;

@@ -36,6 +36,14 @@ void Fields(Io& io, T& contact) {
   io("surface_energy", contact.surface_energy);
 }
 
+template <typename Io, Is<LinearStiffness> T>
+void Fields(Io& io, T& linear) {
+  io("normal", linear.normal);
+  io("tangential", linear.tangential);
+  io("normal_damping", linear.normal_damping);
+  io("tangential_damping", linear.tangential_damping);
+}
+
 template <typename Io, Is<Materials> T>
 void Fields(Io& io, T& materials) {
   io("density", materials.density);
@@ -43,6 +51,7 @@ void Fields(Io& io, T& materials) {
   io("poisson_ratio", materials.poisson_ratio);
   io("particle_particle", materials.particle_particle);
   io("particle_wall", materials.particle_wall);
+  io("linear", materials.linear);
 }
 
 template <typename Io, Is<ContactLaw> T>
@@ -62,10 +71,11 @@ void Fields(Io& io, T& particles) {
   io("count", particles.count);
   io("seed", particles.seed);
   io("packing", particles.packing);
+  io("contacts", particles.contacts);
 }
 
 std::span<const std::string> BoundaryNames() {
-  static const std::vector<std::string> names = {"periodic", "open"};
+  static const std::vector<std::string> names = {"periodic", "open", "outflow"};
   return names;
 }
 
@@ -81,8 +91,23 @@ void Fields(Io& io, T& domain) {
 template <typename Io, Is<PlaneWall> T>
 void Fields(Io& io, T& wall) {
   io("name", wall.name);
-  io("height", wall.height);
-  io("facing_up", wall.facing_up);
+  io("axis", wall.axis);
+  io("position", wall.position);
+  io("facing_positive", wall.facing_positive);
+  io("frictionless", wall.frictionless);
+}
+
+template <typename Io, Is<Mesh> T>
+void Fields(Io& io, T& mesh) {
+  io("name", mesh.name);
+  io("vertices", mesh.vertices);
+  io("triangles", mesh.triangles);
+}
+
+template <typename Io, Is<GluedGroup> T>
+void Fields(Io& io, T& group) {
+  io("name", group.name);
+  io("ids", group.ids);
 }
 
 template <typename Io, Is<Insert> T>
@@ -117,6 +142,38 @@ void Fields(Io& io, T& hold) {
   io("max_duration", hold.max_duration);
 }
 
+template <typename Io, Is<Motion> T>
+void Fields(Io& io, T& motion) {
+  io("body", motion.body);
+  io("velocity", motion.velocity);
+  io("spin", motion.spin);
+  io("centre", motion.centre);
+}
+
+template <typename Io, Is<Advance> T>
+void Fields(Io& io, T& advance) {
+  io("name", advance.name);
+  io("duration", advance.duration);
+  io("motions", advance.motions);
+  io("packing_every", advance.packing_every);
+}
+
+template <typename Io, Is<EdgeControl> T>
+void Fields(Io& io, T& edge) {
+  io.Enumeration("kind", edge.kind, EdgeControlNames());
+  io("value", edge.value);
+}
+
+template <typename Io, Is<Deform> T>
+void Fields(Io& io, T& deform) {
+  io("name", deform.name);
+  io("duration", deform.duration);
+  io("edges", deform.edges);
+  io("shear_rate", deform.shear_rate);
+  io("relaxation_rate", deform.relaxation_rate);
+  io("gain", deform.gain);
+}
+
 template <typename Io, Is<Program> T>
 void Fields(Io& io, T& program) {
   io("experiment", program.experiment);
@@ -127,6 +184,8 @@ void Fields(Io& io, T& program) {
   io("law", program.law);
   io("domain", program.domain);
   io("walls", program.walls);
+  io("meshes", program.meshes);
+  io("groups", program.groups);
   io("gravity", program.gravity);
   io("time_step", program.time_step);
   io("stages", program.stages);
@@ -158,7 +217,6 @@ class Writer {
       return std::move(writer.object_);
     }
   }
-  static Json Value(const Vector3& v) { return {v[0] + 0.0, v[1] + 0.0, v[2] + 0.0}; }
   static Json Value(const std::map<std::string, double>& values) {
     Json object = Json::object();
     for (const auto& [name, value] : values) object[name] = Value(value);
@@ -171,6 +229,13 @@ class Writer {
     }
     return array;
   }
+  static Json Value(const ContactHistory& contact) {
+    Json array = {contact.i, contact.j};
+    for (const Vector3* v : {&contact.shear, &contact.rolling}) {
+      for (const double x : *v) array.push_back(Value(x));
+    }
+    return array;
+  }
   static Json Value(const Stage& stage) {
     Json object = std::visit([](const auto& alternative) { return Value(alternative); }, stage);
     object["stage"] = StageName(stage);
@@ -178,12 +243,20 @@ class Writer {
   }
   template <typename T>
   static Json Value(const std::vector<T>& items) {
-    Json array = Json::array();
-    for (const T& item : items) array.push_back(Value(item));
-    return array;
+    return Array(items);
+  }
+  template <typename T, std::size_t size>
+  static Json Value(const std::array<T, size>& items) {
+    return Array(items);
   }
 
  private:
+  static Json Array(const auto& items) {
+    Json array = Json::array();
+    for (const auto& item : items) array.push_back(Value(item));
+    return array;
+  }
+
   Json object_ = Json::object();
 };
 
@@ -248,9 +321,10 @@ class Reader {
     if (!json.is_string()) Fail(path, "expected a text");
     value = json.get<std::string>();
   }
-  static void Into(const Json& json, const std::string& path, Vector3& value) {
-    RequireArray(json, path, value.size());
-    for (std::size_t i = 0; i < value.size(); ++i) Into(json[i], path, value[i]);
+  template <typename T, std::size_t size>
+  static void Into(const Json& json, const std::string& path, std::array<T, size>& items) {
+    RequireArray(json, path, size);
+    for (std::size_t i = 0; i < size; ++i) Into(json[i], fmt::format("{}[{}]", path, i), items[i]);
   }
   static void Into(const Json& json, const std::string& path,
                    std::map<std::string, double>& values) {
@@ -269,6 +343,15 @@ class Reader {
       for (double& x : *v) Into(json[next++], path, x);
     }
   }
+  static void Into(const Json& json, const std::string& path, ContactHistory& contact) {
+    RequireArray(json, path, 8);
+    Into(json[0], path, contact.i);
+    Into(json[1], path, contact.j);
+    std::size_t next = 2;
+    for (Vector3* v : {&contact.shear, &contact.rolling}) {
+      for (double& x : *v) Into(json[next++], path, x);
+    }
+  }
   static void Into(const Json& json, const std::string& path, Stage& stage) {
     if (!json.is_object() || !json.contains("stage")) Fail(path, "expected an object with 'stage'");
     std::string name;
@@ -276,7 +359,8 @@ class Reader {
     Json rest = json;
     rest.erase("stage");
     std::vector<std::string> names;
-    for (Stage candidate : {Stage(Insert()), Stage(Settle()), Stage(Servo()), Stage(Hold())}) {
+    for (Stage candidate : {Stage(Insert()), Stage(Settle()), Stage(Servo()), Stage(Hold()),
+                            Stage(Advance()), Stage(Deform())}) {
       names.push_back(StageName(candidate));
       if (names.back() != name) continue;
       std::visit([&](auto& alternative) { Into(rest, path, alternative); }, candidate);
@@ -299,7 +383,7 @@ class Reader {
  private:
   static void RequireArray(const Json& json, const std::string& path, std::size_t size) {
     if (!json.is_array() || json.size() != size) {
-      Fail(path, fmt::format("expected an array of {} numbers", size));
+      Fail(path, fmt::format("expected an array of {} items", size));
     }
   }
 

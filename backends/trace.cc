@@ -31,6 +31,7 @@ nlohmann::json ToJson(const Diagnostics& diagnostics) {
                          {"time_step", diagnostics.time_step},
                          {"wall_seconds", diagnostics.wall_seconds},
                          {"lost_particles", diagnostics.lost_particles},
+                         {"leavers", diagnostics.leavers},
                          {"kinetic_energy", diagnostics.kinetic_energy},
                          {"kinetic_energy_ratio", diagnostics.kinetic_energy_ratio},
                          {"max_overlap", diagnostics.max_overlap},

@@ -2,6 +2,7 @@
 
 #include <map>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -32,11 +33,24 @@ struct Outcome {
   bool ok() const { return reason == Reason::ok; }
 };
 
-/// State of a flat wall. Forces are those that the particles exert on the wall.
+/// State of a plane, a mesh or a glued group. Forces are those that the particles exert on it.
 struct WallState {
-  double height = 0;    ///< [m] z
-  Vector3 force{};      ///< [N] mean over the last window
-  double velocity = 0;  ///< [m/s] along z, mean over the last window
+  double height = 0;       ///< [m] of a plane: its position along its axis
+  Vector3 displacement{};  ///< [m] from where the program put it; of a servo's body, from where the
+                           ///< servo put it
+  Vector3 force{};         ///< [N] mean over the last window
+  double velocity = 0;     ///< [m/s] along z, mean over the last window
+};
+
+/// State of a fully periodic cell.
+struct CellState {
+  Vector3 lower{};          ///< [m]
+  Vector3 upper{};          ///< [m]
+  double shear_offset = 0;  ///< [m] by which the image above (+z) is displaced along +x
+  double shear_rate = 0;    ///< [1/s] dv_x/dz
+  /// [Pa] compressive positive, rows x, y, z: of the contacts (sum of branch vector times force
+  /// over volume) and of the motion (sum of m v' v', v' without the affine part).
+  std::array<Vector3, 3> stress{};
 };
 
 /// The bed at a named moment: the end of a stage ("settle", "servo", "hold").
@@ -44,7 +58,9 @@ struct Moment {
   std::string name;
   double time = 0;  ///< [s] simulated
   Packing packing;
-  std::map<std::string, WallState> walls;
+  std::map<std::string, WallState> walls;  ///< planes, meshes and glued groups, by name
+  std::optional<CellState> cell;           ///< where x, y and z are periodic
+  std::vector<ContactHistory> contacts;  ///< where the backend knows them; see Particles::contacts
 };
 
 /// A wall's history, one entry per window of averaging.
@@ -55,11 +71,20 @@ struct WallSeries {
   std::vector<double> normal_force;  ///< [N] compressive, positive
 };
 
+/// A periodic cell's history, one entry per window of averaging.
+struct CellSeries {
+  std::vector<double> time;      ///< [s]
+  std::vector<double> strain;    ///< [-] shear strain since the beginning of the program
+  std::vector<Vector3> lengths;  ///< [m] of the edges
+  std::vector<std::array<Vector3, 3>> stress;  ///< [Pa] as in CellState, mean over the window
+};
+
 struct Diagnostics {
   std::int64_t steps = 0;
   double time_step = 0;     ///< [s]
   double wall_seconds = 0;  ///< of the simulator
   int lost_particles = 0;
+  int leavers = 0;                  ///< particles that left through an outflow side
   double kinetic_energy = 0;        ///< [J] at the end
   double kinetic_energy_ratio = 0;  ///< [-] kinetic to elastic contact energy at the end
   double max_overlap = 0;           ///< [-] largest delta/R at the end
@@ -82,6 +107,7 @@ struct Trace {
   Outcome outcome;
   std::vector<Moment> moments;
   std::vector<WallSeries> series;
+  CellSeries cell;
   Diagnostics diagnostics;
   std::map<std::string, ReportedResponse> reported;  ///< by response name; empty for simulators
 

@@ -36,8 +36,7 @@ std::string DescribeProgram(const Program& program) {
   return fmt::format(
       "  {}: {} particles, cell {} wide, E = {}, time step {} ({:.2g} of the Rayleigh time)\n"
       "    law: {}\n",
-      program.experiment, program.particles.count,
-      HumanQuantity(program.domain.upper[0] - program.domain.lower[0], "m"),
+      program.experiment, program.particles.count, HumanQuantity(program.domain.Lengths()[0], "m"),
       HumanQuantity(m.young_modulus, "Pa"), HumanQuantity(program.time_step, "s", 3),
       program.time_step / rayleigh, program.law.ToString());
 }

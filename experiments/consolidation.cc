@@ -109,8 +109,8 @@ Program Consolidation::Plan(const SimulatedPowder& powder, const Conditions& con
   program.law = powder.law;
   program.domain.lower = {0, 0, -0.5 * d};
   program.domain.upper = {cell.width, cell.width, top + 2 * d};
-  program.walls = {{.name = kFloor, .height = 0, .facing_up = true},
-                   {.name = kLid, .height = top, .facing_up = false}};
+  program.walls = {{.name = kFloor, .position = 0, .facing_positive = true},
+                   {.name = kLid, .position = top, .facing_positive = false}};
   program.gravity = {0, 0, -gravity};
   program.time_step = numerics.TimeStep(powder);
   program.stages.push_back(Insert{.bottom = 0, .top = top, .velocity = {0, 0, -initial_velocity_}});
@@ -161,7 +161,7 @@ Measurement Consolidation::Measure(const Program& program, const Trace& trace,
     return measurement;
   }
   const WallState& lid = end->walls.at(kLid);
-  const double floor = program.walls[0].height;
+  const double floor = program.walls[0].position;
   const std::array<WallPlane, 2> planes = {WallPlane{floor, true}, WallPlane{lid.height, false}};
   const Contacts contacts = FindContacts(end->packing, program.domain, planes);
   const ContactStatistics statistics = MeasureContacts(end->packing, contacts);
@@ -170,11 +170,9 @@ Measurement Consolidation::Measure(const Program& program, const Trace& trace,
   const VoidRatio whole =
       WallToWallVoidRatio(end->packing, contacts, program.domain, floor, lid.height);
 
-  const Domain& domain = program.domain;
   const Materials& m = program.materials;
   const double target = std::get<Servo>(program.stages[2]).stress;
-  const double area = (domain.upper[0] - domain.lower[0]) * (domain.upper[1] - domain.lower[1]);
-  const double stress = std::abs(lid.force[2]) / area;
+  const double stress = std::abs(lid.force[2]) / program.domain.BaseArea();
   const double inertial_time = program.particles.sizes.Moment(1) * std::sqrt(m.density / target);
 
   measurement.responses["void_ratio"].value = central.value;

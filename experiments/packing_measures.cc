@@ -20,10 +20,6 @@ double Cube(double x) { return x * x * x; }
 
 double SphereVolume(double radius) { return 4.0 / 3.0 * kPi * Cube(radius); }
 
-double Area(const Domain& domain) {
-  return (domain.upper[0] - domain.lower[0]) * (domain.upper[1] - domain.lower[1]);
-}
-
 double Dot(const Vector3& a, const Vector3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
 double EffectiveRadius(const Packing& packing, const PairContact& contact) {
@@ -116,7 +112,7 @@ CellGrid MakeGrid(const Packing& packing, const Domain& domain) {
 
 VoidRatio Compose(const Domain& domain, double bottom, double top, double sphere_volume,
                   double overlap_volume) {
-  const double total = Area(domain) * (top - bottom);
+  const double total = domain.BaseArea() * (top - bottom);
   const double solid = sphere_volume - overlap_volume;
   const auto ratio = [total](double volume) {
     return volume > 0 ? (total - volume) / volume : std::numeric_limits<double>::infinity();

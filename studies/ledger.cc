@@ -87,6 +87,7 @@ Diagnostics DiagnosticsFromJson(const json& value) {
   d.steps = value.at("steps");
   d.time_step = NumberOr(value, "time_step", 0);
   d.lost_particles = value.at("lost_particles");
+  d.leavers = value.value("leavers", 0);
   d.kinetic_energy = NumberOr(value, "kinetic_energy", 0);
   d.kinetic_energy_ratio = NumberOr(value, "kinetic_energy_ratio", 0);
   d.max_overlap = NumberOr(value, "max_overlap", 0);

@@ -17,11 +17,6 @@ constexpr const char* kDumpColumns =
     "%.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g\"";
 constexpr int kSeriesSteps = 100;
 
-double Area(const Program& program) {
-  const Domain& d = program.domain;
-  return (d.upper[0] - d.lower[0]) * (d.upper[1] - d.lower[1]);
-}
-
 long long StepsOf(double duration, double time_step) {
   return std::max(1LL, static_cast<long long>(std::llround(duration / time_step)));
 }
@@ -112,7 +107,7 @@ class DeckWriter {
     for (const PlaneWall& wall : program_.walls) {
       if (IsServo(wall.name)) continue;
       Add("fix wall_{} all wall/gran model {} primitive type 2 zplane {} {}", wall.name,
-          ModelWords(program_.law), wall.height, ModelOptions(program_.law));
+          ModelWords(program_.law), wall.position, ModelOptions(program_.law));
     }
     Add("compute radius all property/atom radius\nvariable top_of atom z+c_radius");
     Add("compute top all reduce max v_top_of\ncompute ke all ke\ncompute kr all erotate/sphere");
@@ -129,6 +124,8 @@ class DeckWriter {
   }
 
   void Write(const Insert&) {}  // the packing is in the data file
+  void Write(const Advance&) {}
+  void Write(const Deform&) {}
 
   void Write(const Settle& settle) {
     const long long steps = StepsOf(settle.check_interval, program_.time_step);
@@ -150,8 +147,8 @@ class DeckWriter {
   }
 
   void Write(const Servo& servo) {
-    const double area = Area(program_);
-    const double edge = program_.domain.upper[0] - program_.domain.lower[0];
+    const double area = program_.domain.BaseArea();
+    const double edge = program_.domain.Lengths()[0];
     const double speed = ServoSpeed(program_, servo);
     const double limit = std::max(servo.max_velocity, speed);
     servo_ = servo;
@@ -190,7 +187,7 @@ class DeckWriter {
     const Materials& m = program_.materials;
     const double kappa = StiffnessNumber(m.young_modulus, m.poisson_ratio, servo_.stress);
     // Elastic energy of the bed, per unit of its height.
-    const double energy = servo_.stress * Area(program_) / kappa;
+    const double energy = servo_.stress * program_.domain.BaseArea() / kappa;
     // fix ave/time writes at multiples of its period only: align the windows with them.
     Add("variable align equal ceil(${{b3}}/{0})*{0}-${{b3}}\nrun ${{align}} post no", steps);
     Add("fix window all ave/time 1 {0} {0} v_p v_h", steps);
@@ -289,7 +286,13 @@ std::string ExplainUnsupported(const Program& program) {
   const Domain& d = program.domain;
   const std::array<Boundary, 3> wanted{Boundary::periodic, Boundary::periodic, Boundary::open};
   if (d.boundaries != wanted) return "only domains that are periodic in x and y and open in z";
-  if (d.upper[0] - d.lower[0] != d.upper[1] - d.lower[1]) return "only square cells";
+  if (d.Lengths()[0] != d.Lengths()[1]) return "only square cells";
+  if (!program.meshes.empty() || !program.groups.empty()) return "no meshes or glued groups";
+  if (!program.particles.contacts.empty()) return "LIGGGHTS cannot be handed a contact history";
+  const auto plain = [](const PlaneWall& wall) { return wall.axis == 2 && !wall.frictionless; };
+  if (!std::all_of(program.walls.begin(), program.walls.end(), plain)) {
+    return "only planes perpendicular to z, with friction";
+  }
   static constexpr std::array<std::size_t, 4> kOrder = {0, 1, 2, 3};  // Insert, Settle, Servo, Hold
   const bool known =
       std::equal(program.stages.begin(), program.stages.end(), kOrder.begin(), kOrder.end(),
@@ -313,8 +316,8 @@ double ServoSpeed(const Program& program, const Servo& servo) {
   if (wall.restitution >= 1) return servo.max_velocity;  // no damping, no limit
   const double d = program.particles.sizes.Moment(1);
   const double radius = d / 2;
-  const double contacts = 0.5 * Area(program) / (d * d);
-  const double force = servo.stress * Area(program);
+  const double contacts = 0.5 * program.domain.BaseArea() / (d * d);
+  const double force = servo.stress * program.domain.BaseArea();
   // Effective modulus of two like bodies, as LIGGGHTS takes it for walls.
   const double modulus = EffectiveModulus(m.young_modulus, m.poisson_ratio);
   const double mass = m.density * std::numbers::pi / 6 * d * d * d;

@@ -125,8 +125,7 @@ Outcome ResultOutcome(const Program& program, const Record& result, int particle
 }
 
 WallSeries ReadSeries(const std::filesystem::path& file, const Program& program) {
-  const Domain& d = program.domain;
-  const double area = (d.upper[0] - d.lower[0]) * (d.upper[1] - d.lower[1]);
+  const double area = program.domain.BaseArea();
   WallSeries series{.wall = std::get<Servo>(program.stages[2]).wall};
   std::ifstream stream(file);
   for (std::string line; std::getline(stream, line);) {
@@ -149,13 +148,12 @@ void ReadMoments(const Program& program, const std::filesystem::path& folder,
     Moment moment{.name = name, .packing = ReadDump(folder / DumpFile(name))};
     const Record* record = Last(records, std::string(name) == "hold" ? "RESULT" : "SETTLE");
     moment.time = Value(*record, "step") * program.time_step;
-    for (const PlaneWall& wall : program.walls) moment.walls[wall.name].height = wall.height;
+    for (const PlaneWall& wall : program.walls) moment.walls[wall.name].height = wall.position;
     const Servo& servo = std::get<Servo>(program.stages[2]);
     if (record->kind == "RESULT") {
       WallState& state = moment.walls[servo.wall];
-      const Domain& d = program.domain;
       state.height = Value(*record, "h");
-      state.force[2] = -Value(*record, "p") * (d.upper[0] - d.lower[0]) * (d.upper[1] - d.lower[1]);
+      state.force[2] = -Value(*record, "p") * program.domain.BaseArea();
       state.velocity = Value(*record, "velocity");
     } else {
       moment.walls.erase(servo.wall);

@@ -32,7 +32,8 @@ Program SmallConsolidation() {
   program.law.rolling = ContactLaw::Rolling::epsd2;
   program.domain.lower = {0, 0, -1e-5};
   program.domain.upper = {1.5e-4, 1.5e-4, 3.2e-4};
-  program.walls = {{"floor", 0, true}, {"lid", 2.5e-4, false}};
+  program.walls = {{.name = "floor"},
+                   {.name = "lid", .position = 2.5e-4, .facing_positive = false}};
   program.time_step = 0.2 * RayleighTime(6.25e-6, 8220, 5e6, 0.3);
   program.stages = {Insert{0, 2.5e-4, {0, 0, -0.1}},
                     Settle{.kinetic_energy_ratio = 0.18,

@@ -40,7 +40,7 @@ TEST(Trace, OutcomeAndDiagnosticsAsJson) {
   EXPECT_EQ(json["steps"], 12);
   EXPECT_EQ(json["law"], "hertz");
   EXPECT_EQ(json["figures"]["void_ratio.surrogate_sd"], 0.5);
-  EXPECT_EQ(json.size(), 9u);
+  EXPECT_EQ(json.size(), 10u);
 }
 
 }  // namespace
