@@ -14,12 +14,18 @@
 
 namespace powdercal {
 
+/// Folder for snapshots (vtk_snapshots.h), in a run's work folder.
+inline constexpr const char* kSnapshotFolder = "snapshots";
+
 /// Where and how one run takes place.
 struct RunContext {
   std::filesystem::path work_folder;  ///< created by the backend where it needs one
   std::optional<std::chrono::duration<double>> time_limit;  ///< wall clock
   std::stop_token stop;     ///< a request ends the run with `cancelled`
   bool keep_files = false;  ///< keep the work folder of a successful run (a failed one's always is)
+  /// [s] simulated, between two snapshots; 0: none. Backends that can (`writes_snapshots`) write
+  /// them to work_folder / kSnapshotFolder; the result must not depend on it.
+  double snapshot_interval = 0;
 };
 
 struct Availability {
@@ -65,6 +71,9 @@ class Backend {
 
   /// Whether runs are simulations. When false (the table backend), every output says so.
   virtual bool simulates() const { return true; }
+
+  /// Whether it heeds RunContext::snapshot_interval.
+  virtual bool writes_snapshots() const { return false; }
 
   /// Reads or writes the backend's own options, which stand in the study's `backend` section beside
   /// `name`. Most have none.

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -7,6 +8,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "backends/registry.h"
 #include "cli/commands.h"
 #include "cli/output.h"
 #include "cli/signals.h"
@@ -26,6 +28,7 @@ struct Options {
   std::optional<std::int64_t> particle_seed;
   int replicates = 1;
   std::string folder;
+  std::string snapshots;
   bool json = false;
 };
 
@@ -75,6 +78,34 @@ std::vector<double> ReadParameters(const Study& study, const std::vector<std::st
     result.push_back(*values[i]);
   }
   return result;
+}
+
+// [s]; 0 without the option.
+double ReadSnapshotInterval(const std::string& text) {
+  if (text.empty()) return 0;
+  const InputError::Details details{
+      .location = {"command line"}, .key = "--snapshots", .value = text};
+  double interval = 0;
+  try {
+    interval = ParseQuantity(text, "s");
+  } catch (const InputError& error) {
+    throw InputError(error.problem(), details);
+  }
+  if (interval <= 0) throw InputError("must be above 0 s", details);
+  return interval;
+}
+
+void RequireSnapshots(const Backend& backend) {
+  if (backend.writes_snapshots()) return;
+  std::vector<std::string> able;
+  for (const std::string& name : BackendNames()) {
+    if (MakeBackend(name)->writes_snapshots()) able.push_back(name);
+  }
+  throw InputError(
+      fmt::format("backend '{}' writes no snapshots; {}", backend.name(),
+                  able.empty() ? "so far, no backend does"
+                               : fmt::format("use --backend {}", fmt::join(able, " or "))),
+      {.location = {"command line"}, .key = "--snapshots"});
 }
 
 json ToJson(const LedgerRun& run) {
@@ -138,8 +169,49 @@ std::filesystem::path MakeTemporaryFolder() {
   return name;
 }
 
+// Hands in all runs, each with a folder of its own in that of `common`. Returns these, by ticket.
+std::vector<std::filesystem::path> SubmitRuns(const Options& options, const Planner& planner,
+                                              const std::vector<double>& values,
+                                              const RunContext& common, Executor& executor) {
+  std::vector<std::filesystem::path> folders;
+  for (int replicate = 0; replicate < options.replicates; ++replicate) {
+    std::optional<std::uint64_t> seed;
+    if (options.particle_seed) {
+      seed = static_cast<std::uint64_t>(*options.particle_seed + replicate);
+    }
+    for (const PlannedRun& run : planner.Plan(values, replicate, seed)) {
+      RunContext context = common;
+      context.work_folder /= fmt::format("{}-{}", run.program.experiment, replicate);
+      if (const auto& limit = planner.study().budget.run_timeout) {
+        context.time_limit = std::chrono::duration<double>(*limit);
+      }
+      const auto ticket = static_cast<std::int64_t>(folders.size());
+      folders.push_back(context.work_folder);
+      executor.Submit(ticket, [&planner, run, context](std::stop_token stop) mutable {
+        context.stop = std::move(stop);
+        return planner.Execute(run, context);
+      });
+    }
+  }
+  return folders;
+}
+
+// By ticket. A first signal ends the runs, which are still collected.
+std::map<std::int64_t, LedgerRun> CollectRuns(std::size_t count, const SignalStop& signals,
+                                              Executor& executor) {
+  std::map<std::int64_t, LedgerRun> runs;
+  while (runs.size() < count) {
+    if (signals.token().stop_requested()) executor.Cancel();
+    auto finished = executor.Wait(std::chrono::milliseconds(200));
+    if (finished) runs.emplace(finished->ticket, std::move(finished->run));
+  }
+  return runs;
+}
+
 int Simulate(const Options& options) {
+  const double interval = ReadSnapshotInterval(options.snapshots);
   const Study study = options.study.Load();
+  if (interval > 0) RequireSnapshots(*study.backend.backend);
   const Planner planner(study);
   if (!planner.availability().available) {
     throw InputError(fmt::format("backend '{}' is not available: {}", study.backend.backend->name(),
@@ -150,41 +222,30 @@ int Simulate(const Options& options) {
   }
   const std::vector<double> values = ReadParameters(study, options.parameters);
   SignalStop signals;
-  const bool keep = !options.folder.empty();
-  const std::filesystem::path folder = keep ? MakeFolder(options.folder) : MakeTemporaryFolder();
+  const std::filesystem::path folder =
+      options.folder.empty() ? MakeTemporaryFolder() : MakeFolder(options.folder);
+  const bool keep = !options.folder.empty() || interval > 0;
   LocalExecutor executor(study.parallel());
-  std::int64_t submitted = 0;
-  for (int replicate = 0; replicate < options.replicates; ++replicate) {
-    std::optional<std::uint64_t> seed;
-    if (options.particle_seed) {
-      seed = static_cast<std::uint64_t>(*options.particle_seed + replicate);
-    }
-    for (const PlannedRun& run : planner.Plan(values, replicate, seed)) {
-      RunContext context{
-          .work_folder = folder / fmt::format("{}-{}", run.program.experiment, replicate),
-          .keep_files = keep};
-      if (study.budget.run_timeout) {
-        context.time_limit = std::chrono::duration<double>(*study.budget.run_timeout);
-      }
-      executor.Submit(submitted++, [&planner, run, context](std::stop_token stop) mutable {
-        context.stop = std::move(stop);
-        return planner.Execute(run, context);
-      });
-    }
-  }
+  const std::vector<std::filesystem::path> folders = SubmitRuns(
+      options, planner, values,
+      {.work_folder = folder, .keep_files = keep, .snapshot_interval = interval}, executor);
   if (!study.backend.backend->simulates()) Say("{}\n", kNoSimulation);
-  std::map<std::int64_t, LedgerRun> runs;
-  while (static_cast<std::int64_t>(runs.size()) < submitted) {
-    if (signals.token().stop_requested()) executor.Cancel();
-    auto finished = executor.Wait(std::chrono::milliseconds(200));
-    if (finished) runs.emplace(finished->ticket, std::move(finished->run));
+  if (interval > 0) {
+    for (const auto& work_folder : folders) {
+      Say("snapshots: {}\n", (work_folder / kSnapshotFolder).string());
+    }
   }
+  const auto runs = CollectRuns(folders.size(), signals, executor);
   json list = json::array();
   bool ok = true;
   for (const auto& [ticket, run] : runs) {
     ok = ok && run.outcome.ok();
     if (options.json) {
       list.push_back(ToJson(run));
+      if (interval > 0) {
+        const auto& work_folder = folders[static_cast<std::size_t>(ticket)];
+        list.back()["snapshots"] = (work_folder / kSnapshotFolder).string();
+      }
     } else {
       PrintText(run);
     }
@@ -230,6 +291,12 @@ void AddSimulate(CLI::App& program, int& status) {
       ->check(CLI::Range(1, 1000));
   command->add_option("--out", options->folder, "keep the simulator's files in this folder")
       ->type_name("FOLDER")
+      ->check(NotEmpty);
+  command
+      ->add_option("--snapshots", options->snapshots,
+                   "write the particles and walls for ParaView, after each such simulated time, "
+                   "e.g. '0.1 ms', and keep the simulator's files")
+      ->type_name("INTERVAL")
       ->check(NotEmpty);
   command->add_flag("--json", options->json, "for machines");
   command->callback([options, &status] { status = Simulate(*options); });

@@ -77,7 +77,21 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{{"-p", "k=1", "-p", "mu_r=0.1", "--particle-seed", "-1"},
                 {"--particle-seed: Value -1 not in range"}},
         Mistake{{"-p", "k=1", "-p", "mu_r=0.1", "--out", "/proc/powdercal"},
-                {"/proc/powdercal: cannot write the folder"}}));
+                {"/proc/powdercal: cannot write the folder"}},
+        Mistake{{"-p", "k=1", "-p", "mu_r=0.1", "--snapshots", "0.1 ms"},
+                {"command line: --snapshots: backend 'table' writes no snapshots; "}},
+        Mistake{{"-p", "k=1", "-p", "mu_r=0.1", "--snapshots", "often"},
+                {"command line: --snapshots: 'often' is not a number"}},
+        Mistake{{"-p", "k=1", "-p", "mu_r=0.1", "--snapshots", "0.1"},
+                {"command line: --snapshots: ", "expected a time (such as s)"}},
+        Mistake{{"-p", "k=1", "-p", "mu_r=0.1", "--snapshots", "3 um"},
+                {"command line: --snapshots: expected a time", "got a length"}},
+        Mistake{{"-p", "k=1", "-p", "mu_r=0.1", "--snapshots", "0 s"},
+                {"command line: --snapshots: must be above 0 s (found '0 s')"}},
+        Mistake{{"-p", "k=1", "-p", "mu_r=0.1", "--snapshots=-1 ms"},
+                {"command line: --snapshots: must be above 0 s (found '-1 ms')"}},
+        Mistake{{"-p", "k=1", "-p", "mu_r=0.1", "--snapshots", ""},
+                {"--snapshots: a value is missing"}}));
 
 }  // namespace
 }  // namespace powdercal
