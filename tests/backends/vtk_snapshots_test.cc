@@ -117,7 +117,7 @@ class PolyData {
                         const std::string& type, const std::string& components) const {
     const std::string bytes = Bytes(section, name, type, components);
     std::vector<T> values(bytes.size() / sizeof(T));
-    std::memcpy(values.data(), bytes.data(), bytes.size());
+    if (!bytes.empty()) std::memcpy(values.data(), bytes.data(), bytes.size());
     return values;
   }
 
