@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "backends/insertion.h"
+#include "backends/servo_gain.h"
 #include "scaling/groups.h"
 
 namespace powdercal::liggghts {
@@ -308,39 +309,6 @@ Input WriteInput(const Program& program) {
           .data = WriteData(program, packing),
           .mesh = WriteMesh(),
           .particle_count = static_cast<int>(packing.size())};
-}
-
-double ServoSpeed(const Program& program, const Servo& servo) {
-  const Materials& m = program.materials;
-  const ContactParameters& wall = m.particle_wall;
-  if (wall.restitution >= 1) return servo.max_velocity;  // no damping, no limit
-  const double d = program.particles.sizes.Moment(1);
-  const double radius = d / 2;
-  const double contacts = 0.5 * program.domain.BaseArea() / (d * d);
-  const double force = servo.stress * program.domain.BaseArea();
-  // Effective modulus of two like bodies, as LIGGGHTS takes it for walls.
-  const double modulus = EffectiveModulus(m.young_modulus, m.poisson_ratio);
-  const double mass = m.density * std::numbers::pi / 6 * d * d * d;
-  const double cohesion = program.law.cohesion == ContactLaw::Cohesion::sjkr2
-                              ? 2 * std::numbers::pi * wall.cohesion_energy_density * radius
-                              : 0;
-  // Overlap under the share of the load: (4/3) E* √R δ^1.5 − 2 pi k R δ = F/N, by bisection.
-  const auto excess = [&](double delta) {
-    return 4.0 / 3.0 * modulus * std::sqrt(radius) * std::pow(delta, 1.5) - cohesion * delta -
-           force / contacts;
-  };
-  double low = 0;
-  double high = radius;
-  while (excess(high) < 0) high *= 2;
-  for (int i = 0; i < 200; ++i) {
-    const double middle = 0.5 * (low + high);
-    (excess(middle) < 0 ? low : high) = middle;
-  }
-  const double log_e = std::log(wall.restitution);
-  const double beta = -log_e / std::hypot(log_e, std::numbers::pi);
-  const double stiffness = 2 * modulus * std::sqrt(radius * high);
-  const double damping = 2 * std::sqrt(5.0 / 6.0) * beta * std::sqrt(stiffness * mass);
-  return std::min(servo.max_velocity, 0.3 * force / (contacts * damping));
 }
 
 }  // namespace powdercal::liggghts

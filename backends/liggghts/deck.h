@@ -32,12 +32,4 @@ std::string ExplainUnsupported(const Program& program);
 /// Writes the input for a supported program. Throws InputError when the particles cannot be placed.
 Input WriteInput(const Program& program);
 
-/// Speed at which the servo wall moves per unit of relative error of its force [m/s], the product
-/// vel_max · kp of LIGGGHTS. The wall moves with v = P (1 − F/F_target); each step changes the
-/// force by about P · N · gamma_n, so that P N gamma_n/F_target must stay well below 1 (measured:
-/// stable up to about 0.8, period-two oscillation at 1.4), with N = A/(2 d²) contacts at the wall,
-/// an upper bound of what was measured, and gamma_n = 2 √(5/6) beta √(S_n m) of the mean sphere
-/// under its share of the load. Chosen: 0.3 F_target/(N gamma_n), at most the program's own limit.
-double ServoSpeed(const Program& program, const Servo& servo);
-
 }  // namespace powdercal::liggghts

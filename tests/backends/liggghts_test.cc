@@ -249,17 +249,5 @@ TEST_F(LiggghtsResult, RecordsSkipTheEchoOfTheCommand) {
   EXPECT_EQ(records[0].values.at("p"), -950);
 }
 
-TEST(LiggghtsServo, GainFollowsTheStabilityRule) {
-  Program program = SmallConsolidation();
-  Servo servo = ServoOf(program);
-  const double soft = liggghts::ServoSpeed(program, servo);
-  EXPECT_GT(soft, 0.01);
-  EXPECT_LT(soft, 0.05);
-  servo.stress *= 10;  // a heavier load allows a faster wall, until the limit of the program
-  EXPECT_GT(liggghts::ServoSpeed(program, servo), soft);
-  servo.max_velocity = 1e-4;
-  EXPECT_EQ(liggghts::ServoSpeed(program, servo), 1e-4);
-}
-
 }  // namespace
 }  // namespace powdercal
