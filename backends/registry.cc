@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "backends/embedded/embedded.h"
 #include "backends/liggghts/liggghts.h"
 #include "backends/table/table.h"
 #include "core/errors.h"
@@ -21,6 +22,7 @@ std::unique_ptr<Backend> Make() {
 
 // Sorted by name. A new backend is one line here.
 constexpr Entry kBackends[] = {
+    {"embedded", MakeEmbeddedBackend},
     {"liggghts", MakeLiggghtsBackend},
     {"table", Make<TableBackend>},
 };

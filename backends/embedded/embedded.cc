@@ -1,0 +1,96 @@
+#include "backends/embedded/embedded.h"
+
+#include <fmt/format.h>
+
+#include <thread>
+
+#include "backends/embedded/kernels.h"
+#include "backends/embedded/limits.h"
+#include "backends/embedded/stages.h"
+#include "core/errors.h"
+#include "core/files.h"
+
+namespace powdercal {
+namespace {
+
+using embedded::Isa;
+
+// To be raised whenever the same program gives other numbers.
+constexpr const char* kVersion = "1";
+
+class EmbeddedBackend final : public Backend {
+ public:
+  const std::string& name() const override {
+    static const std::string kName = "embedded";
+    return kName;
+  }
+
+  Availability availability() const override { return {.available = true, .version = kVersion}; }
+
+  bool writes_snapshots() const override { return true; }
+
+  void Serialize(Archive& archive) override {
+    archive.Integer("threads", threads_, {.lower = 1, .upper = 256});
+    archive.Choice("isa", isa_, "instruction set", IsaChoices());
+  }
+
+  std::vector<std::string> Prepare(const BackendProblem&) override {
+    if (isa_ != "auto" && !embedded::Has(WantedIsa())) {
+      throw InputError("this processor does not have the instruction set",
+                       {.key = "backend.isa", .value = isa_});
+    }
+    std::vector<std::string> warnings;
+    const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
+    if (static_cast<unsigned>(threads_) > cores) {
+      warnings.push_back(fmt::format("backend.threads: {} threads on {} cores are slower than {}",
+                                     threads_, cores, cores));
+    }
+    return warnings;
+  }
+
+  // Measured with history, AVX-512: docs/validation/embedded.md.
+  double Throughput() const override { return 4e7; }
+
+  std::string ExplainUnsupported(const Program& program) const override {
+    return embedded::ExplainUnsupported(program);
+  }
+
+  Trace Run(const Program& program, const RunContext& context) const override {
+    if (const std::string reason = ExplainUnsupported(program); !reason.empty()) {
+      return {.outcome = {Reason::unsupported, reason}};
+    }
+    try {
+      return embedded::StageRunner(program, context, {.isa = WantedIsa(), .threads = threads_})
+          .Run();
+    } catch (const InputError& error) {
+      return {.outcome = {Reason::invalid_input, error.what()}};
+    }
+  }
+
+ private:
+  static std::span<const std::string> IsaChoices() {
+    static const std::vector<std::string> choices = [] {
+      std::vector<std::string> list = {"auto"};
+      for (const std::string& name : embedded::IsaNames()) list.push_back(name);
+      return list;
+    }();
+    return choices;
+  }
+
+  Isa WantedIsa() const {
+    const std::span<const std::string> names = embedded::IsaNames();
+    for (std::size_t n = 0; n < names.size(); ++n) {
+      if (names[n] == isa_) return static_cast<Isa>(n);
+    }
+    return embedded::BestIsa();
+  }
+
+  int threads_ = 1;
+  std::string isa_ = "auto";
+};
+
+}  // namespace
+
+std::unique_ptr<Backend> MakeEmbeddedBackend() { return std::make_unique<EmbeddedBackend>(); }
+
+}  // namespace powdercal

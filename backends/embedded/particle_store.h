@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "backends/embedded/aligned.h"
+#include "backends/embedded/kernels.h"
+#include "backends/program.h"
+
+namespace powdercal::embedded {
+
+/// The particles in rows, kept in spatial order. Behind the `count` real ones stands a row of zeros
+/// for each slab, to which the inert entries of its contact lists point.
+class ParticleStore {
+ public:
+  /// Requires density > 0.
+  ParticleStore(const Packing& packing, double density);
+
+  std::int32_t count() const { return count_; }
+  ParticleRows rows() { return {motion.data(), spin.data(), load.data()}; }
+
+  double Radius(std::int32_t p) const { return motion[Row(p) + 3]; }
+  double Mass(std::int32_t p) const;
+  const double* Position(std::int32_t p) const { return &motion[Row(p)]; }
+  double* Position(std::int32_t p) { return &motion[Row(p)]; }
+  const double* Velocity(std::int32_t p) const { return &motion[Row(p) + 4]; }
+  double* Velocity(std::int32_t p) { return &motion[Row(p) + 4]; }
+  const double* Spin(std::int32_t p) const { return &spin[static_cast<std::size_t>(p) * kSpinRow]; }
+  Sphere ToSphere(std::int32_t p) const;
+
+  /// Makes room for a row of zeros for each slab.
+  void ResizePadding(int slabs);
+  std::int32_t PaddingRow(int slab) const { return count_ + slab; }
+  /// Moves particle order[n] to place n, dropping those that `order` does not name.
+  void Reorder(const std::vector<std::int32_t>& order);
+
+  AlignedVector<double> motion;  ///< rows of kMotionRow
+  AlignedVector<double> spin;    ///< rows of kSpinRow
+  AlignedVector<double> load;    ///< rows of kLoadRow
+  AlignedVector<double> inverse_mass;
+  AlignedVector<double> inverse_inertia;
+  std::vector<std::int64_t> ids;
+  std::vector<std::int32_t> group;  ///< index of the glued group, or −1
+
+  double density() const { return density_; }
+
+ private:
+  static std::size_t Row(std::int32_t p) { return static_cast<std::size_t>(p) * kMotionRow; }
+
+  std::int32_t count_ = 0;
+  double density_ = 0;
+};
+
+}  // namespace powdercal::embedded

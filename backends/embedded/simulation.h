@@ -1,0 +1,169 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "backends/embedded/bodies.h"
+#include "backends/embedded/kernels.h"
+#include "backends/embedded/mesh_contacts.h"
+#include "backends/embedded/neighbours.h"
+#include "backends/embedded/particle_store.h"
+#include "backends/embedded/team.h"
+#include "backends/program.h"
+#include "backends/trace.h"
+
+namespace powdercal::embedded {
+
+struct Settings {
+  Isa isa = Isa::portable;
+  int threads = 1;
+};
+
+/// Energies and overlaps of the moment.
+struct Survey {
+  double kinetic_energy = 0;  ///< [J] of translation and spin
+  double elastic_energy = 0;  ///< [J] in normal springs (Hertz: 2/5 F delta, linear: F delta/2)
+  double max_overlap = 0;     ///< [-] largest delta/R*
+  std::int64_t contacts = 0;  ///< touching pairs, and particles touching a plane or a mesh
+  double top = 0;             ///< [m] highest point of any particle
+};
+
+/// What a periodic cell's edges are told to do; see Deform.
+struct CellDrive {
+  std::array<EdgeControl, 3> edges;
+  double shear_rate = 0;  ///< [1/s]
+  double pace = 0;        ///< [1/s] rate of the stress control
+  double gain = 0;
+};
+
+/// A DEM simulation in progress: particles, contacts, walls, one time step after another. Velocity
+/// Verlet, as LIGGGHTS' `nve/sphere`: forces see the velocities of half a step before.
+class Simulation {
+ public:
+  /// Takes geometry, law and time step from the program, particles from the packing. Throws
+  /// InputError where the program cannot be run; see ExplainUnsupported().
+  Simulation(const Program& program, const Packing& packing, const Settings& settings);
+
+  /// Runs `count` steps. `interrupted` is asked every few steps, some milliseconds apart at most;
+  /// when it says so, the run ends early and Run() returns false.
+  bool Run(std::int64_t count, const std::function<bool()>& interrupted);
+
+  double time() const { return static_cast<double>(steps_) * program_.time_step; }
+  std::int64_t steps() const { return steps_; }
+  const ParticleStore& particles() const { return particles_; }
+  int leavers() const { return leavers_; }
+  /// Particles outside the domain along open axes, or with coordinates that are not numbers.
+  int CountLost() const;
+
+  Packing CurrentPacking() const;
+  std::vector<ContactHistory> CurrentContacts() const;
+  Survey MakeSurvey() const;
+  /// The cell as it is now, with the stress of this moment.
+  CellState Cell() const;
+
+  std::vector<PlaneBody>& planes() { return planes_; }
+  std::vector<GroupBody>& groups() { return groups_; }
+  std::vector<MeshBody>& meshes() { return meshes_; }
+  const std::vector<PlaneBody>& planes() const { return planes_; }
+  const std::vector<GroupBody>& groups() const { return groups_; }
+  const std::vector<MeshBody>& meshes() const { return meshes_; }
+  /// A body by its name; null if there is none.
+  Body* FindBody(const std::string& name);
+  /// Why the simulation cannot go on; set when Run() returns false without being interrupted.
+  const std::optional<Outcome>& failure() const { return failure_; }
+  /// Starts or stops deforming the cell.
+  void SetCellDrive(const std::optional<CellDrive>& drive);
+  /// To be called when bodies were moved by hand: lists are rebuilt before the next step.
+  void BodiesMoved() { lists_stale_ = true; }
+  /// After each step with the forces of that step; for recorders.
+  std::function<void()> after_step;
+  /// While a cell is driven its stress is measured every so many steps.
+  bool measuring_cell() const { return cell_drive_.has_value(); }
+  int stress_every() const { return stress_every_; }
+  const std::array<Vector3, 3>& stress() const { return stress_; }  ///< [Pa] as in CellState
+  double shear_strain() const { return shear_strain_; }             ///< [-] since the start
+
+  /// Counts since the start, for tuning and for the curious.
+  struct Counters {
+    std::int64_t rebuilds = 0;
+    std::int64_t prunes = 0;
+    std::int64_t pairs = 0;  ///< of the last inner list
+    std::int64_t outer = 0;  ///< of the last outer list
+    double inner_skin = 0;   ///< [m]
+    double outer_skin = 0;   ///< [m]
+  };
+  Counters counters() const;
+
+ private:
+  void AddBodies();
+  void MoveGroups();
+  void Start();
+  void RestoreContacts();
+  void RefreshLists();
+  void Rebuild();
+  void ChooseSkins();
+  bool CellTooSmall(double skin);
+  void ForcesOfPairs(bool record);
+  void FinishForces(int thread);
+  double Integrate(int thread, bool finish, bool begin);
+  void AfterForces();
+  void Move();
+  void DeformCell();
+  void ControlCell();
+  void SetRates(const Vector3& rate, double shear_rate);
+  std::vector<std::uint8_t> FindLeavers() const;
+  void UpdateImages();
+  void UpdateStress();
+  double FastestBody() const;
+  std::size_t BodyCount() const { return planes_.size() + groups_.size() + meshes_.size(); }
+
+  Program program_;
+  Settings settings_;
+  Kernels kernels_;
+  LawConstants sphere_law_;
+  ParticleStore particles_;
+  Neighbours neighbours_;
+  Team team_;
+  Box box_;
+  Images images_;
+  Drive drive_;
+  std::optional<CellDrive> cell_drive_;
+  double filtered_stress_[3] = {0, 0, 0};
+  double shear_offset_ = 0;
+  double shear_strain_ = 0;
+
+  std::vector<PlaneBody> planes_;
+  std::vector<GroupBody> groups_;
+  std::vector<MeshBody> meshes_;
+  std::vector<MeshContacts> mesh_contacts_;  // of meshes_
+  std::vector<PlaneState> plane_states_;
+
+  std::int64_t steps_ = 0;
+  bool started_ = false;
+  bool lists_stale_ = true;
+  double travelled_ = 0;        // bound of any particle's way since the last prune [m]
+  double travelled_outer_ = 0;  // since the last rebuild [m]
+  std::int64_t steps_since_prune_ = 0;
+  double inner_skin_ = 0;
+  double outer_skin_ = 0;
+  double pace_ = 0;  // recent bound of a particle's way in one step [m]
+  double mean_diameter_ = 0;
+  double largest_diameter_ = 0;
+
+  // By slab, so that sums do not depend on threads.
+  struct SlabSums {
+    double fastest = 0;
+    std::vector<Vector3> body_force;
+  };
+  std::vector<SlabSums> sums_;
+
+  std::optional<Outcome> failure_;
+  int leavers_ = 0;
+  int stress_every_ = 0;
+  std::array<Vector3, 3> stress_{};
+  Counters counters_;
+};
+
+}  // namespace powdercal::embedded
