@@ -48,7 +48,8 @@ struct GroupBody : Body {
 };
 
 struct MeshBody : Body {
-  explicit MeshBody(const Mesh& mesh) : surface(mesh) { name = mesh.name; }
+  /// `periods` as of TriangleMesh.
+  MeshBody(const Mesh& mesh, const Vector3& periods) : surface(mesh, periods) { name = mesh.name; }
 
   TriangleMesh surface;
   LawConstants law;

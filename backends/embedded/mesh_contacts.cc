@@ -1,6 +1,7 @@
 #include "backends/embedded/mesh_contacts.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "backends/embedded/vector_math.h"
 
@@ -28,10 +29,23 @@ void MeshContacts::Rebuild(const ParticleStore& particles, const TriangleMesh& s
   std::vector<Vector3> centres;
   std::vector<double> radii;
   std::vector<std::int32_t> indices;
-  const auto steps = [&](std::size_t axis) { return box.periodic[axis] ? 1 : 0; };
-  for (int nx = -steps(0); nx <= steps(0); ++nx) {
-    for (int ny = -steps(1); ny <= steps(1); ++ny) {
-      for (int nz = -steps(2); nz <= steps(2); ++nz) {
+  // Images of the particles that can be near the mesh, which may have travelled far.
+  double largest = 0;
+  for (std::int32_t p = 0; p < particles.count(); ++p) {
+    largest = std::max(largest, particles.Radius(p) + skin);
+  }
+  std::array<int, 3> from{};
+  std::array<int, 3> to{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (!box.periodic[axis]) continue;
+    const double length = images.length[axis];
+    from[axis] =
+        static_cast<int>(std::floor((bounds[0][axis] - largest - box.upper[axis]) / length));
+    to[axis] = static_cast<int>(std::ceil((bounds[1][axis] + largest - box.lower[axis]) / length));
+  }
+  for (int nx = from[0]; nx <= to[0]; ++nx) {
+    for (int ny = from[1]; ny <= to[1]; ++ny) {
+      for (int nz = from[2]; nz <= to[2]; ++nz) {
         const Vector3 shift = {nx * images.length[0], ny * images.length[1], nz * images.length[2]};
         centres.clear();
         radii.clear();
@@ -98,15 +112,25 @@ void MeshContacts::FindContacts(SlabContacts& slab, const ParticleStore& particl
                                 const MeshBody& body) {
   slab.particle.clear();
   slab.contacts.clear();
-  for (const Near& near : slab.near) {
-    const double* x = particles.Position(near.particle);
-    const Vector3 centre = {x[0] + near.shift[0], x[1] + near.shift[1], x[2] + near.shift[2]};
-    body.surface.Contacts(
-        centre, x[3],
-        std::span<const Candidate>(candidates_).subspan(near.begin, near.end - near.begin),
-        slab.found);
-    for (const MeshContact& contact : slab.found) {
-      slab.particle.push_back(near.particle);
+  for (std::size_t n = 0; n < slab.near.size();) {
+    const std::int32_t particle = slab.near[n].particle;
+    const double* x = particles.Position(particle);
+    std::vector<MeshContact>& all = slab.of_particle;
+    all.clear();
+    std::size_t next = n;
+    for (; next < slab.near.size() && slab.near[next].particle == particle; ++next) {
+      const Near& near = slab.near[next];
+      const Vector3 centre = {x[0] + near.shift[0], x[1] + near.shift[1], x[2] + near.shift[2]};
+      body.surface.Contacts(
+          centre, x[3],
+          std::span<const Candidate>(candidates_).subspan(near.begin, near.end - near.begin),
+          slab.found);
+      all.insert(all.end(), slab.found.begin(), slab.found.end());
+    }
+    if (next - n > 1) body.surface.KeepDistinct(x[3], all);
+    n = next;
+    for (const MeshContact& contact : all) {
+      slab.particle.push_back(particle);
       slab.contacts.push_back(contact);
     }
   }

@@ -51,7 +51,8 @@ class MeshContacts {
     std::array<AlignedVector<double>, 3> normal;
     AlignedVector<double> distance;
     std::array<AlignedVector<double>, 3> velocity;
-    std::vector<MeshContact> found;
+    std::vector<MeshContact> found;        // of one image
+    std::vector<MeshContact> of_particle;  // of all its images
     std::vector<std::int32_t> particle;
     std::vector<MeshContact> contacts;
   };

@@ -79,7 +79,11 @@ void Simulation::AddBodies() {
   const HistoryKinds kinds = {program_.law.tangential == ContactLaw::Tangential::history,
                               program_.law.rolling == ContactLaw::Rolling::epsd2};
   for (const Mesh& mesh : program_.meshes) {
-    meshes_.emplace_back(mesh);
+    Vector3 periods{};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (box_.periodic[axis]) periods[axis] = box_.upper[axis] - box_.lower[axis];
+    }
+    meshes_.emplace_back(mesh, periods);
     meshes_.back().law = WallLaw(program_, false);
     mesh_contacts_.emplace_back(kinds);
   }
