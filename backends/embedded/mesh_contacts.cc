@@ -97,11 +97,11 @@ void MeshContacts::Rebuild(const ParticleStore& particles, const TriangleMesh& s
       const bool again = !slab.near.empty() && slab.near.back().particle == near.particle;
       slab.near.push_back(near);
       if (again) continue;
-      auto from =
+      auto known =
           std::lower_bound(memory.begin(), memory.end(), id,
                            [](const Remembered& m, std::int64_t key) { return m.id < key; });
-      for (; from != memory.end() && from->id == id; ++from) {
-        slab.memory.push_back(*from);
+      for (; known != memory.end() && known->id == id; ++known) {
+        slab.memory.push_back(*known);
         slab.memory.back().particle = near.particle;
       }
     }
