@@ -24,7 +24,7 @@ Cells::Cells(const double* positions, std::int32_t count, const Box& box, const 
     double low = positions[axis];
     double high = low;
     for (std::int32_t p = 1; p < count; ++p) {
-      const double x = positions[static_cast<std::size_t>(p) * kMotionRow + axis];
+      const double x = positions[static_cast<std::size_t>(p) * kRow + axis];
       low = std::min(low, x);
       high = std::max(high, x);
     }

@@ -13,7 +13,7 @@ namespace powdercal::embedded {
 /// cells is that in which particles are sorted: layer by layer, the shortest axis fastest.
 class Cells {
  public:
-  /// `positions` are rows of kMotionRow, inside the box along its periodic axes. Along the others
+  /// `positions` are rows of particles, inside the box along its periodic axes. Along the others
   /// the cells span what the particles span.
   Cells(const double* positions, std::int32_t count, const Box& box, const Images& images,
         double cell_size);

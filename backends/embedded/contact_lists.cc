@@ -29,8 +29,8 @@ void ContactList::Resize(std::int32_t contacts, bool pairs, HistoryKinds kinds,
   effective_mass.resize(padded);
   history.Resize(padded, kinds);
   for (std::size_t n = real; n < padded; ++n) {
-    i[n] = padding_row;
-    if (pairs) j[n] = padding_row;
+    i[n] = OffsetOf(padding_row);
+    if (pairs) j[n] = OffsetOf(padding_row);
     radius_sum[n] = -1;
     effective_radius[n] = 0;
     effective_mass[n] = 0;

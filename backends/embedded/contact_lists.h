@@ -29,8 +29,8 @@ struct HistoryColumns {
 /// A list of contacts that the kernels read; owns its columns.
 struct ContactList {
   std::int32_t size = 0;  ///< without padding
-  AlignedVector<std::int32_t> i;
-  AlignedVector<std::int32_t> j;  ///< empty at walls
+  AlignedVector<Offset> i;
+  AlignedVector<Offset> j;  ///< empty at walls
   AlignedVector<double> radius_sum;
   AlignedVector<double> effective_radius;
   AlignedVector<double> effective_mass;

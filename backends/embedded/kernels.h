@@ -23,15 +23,20 @@ Isa BestIsa();
 /// Contact lists are padded to a multiple of this with inert entries.
 inline constexpr int kPadding = 8;
 
-/// Rows of doubles, aligned to 64 bytes.
-struct ParticleRows {
-  double* motion = nullptr;  ///< 8 per particle: x y z r, vx vy vz 0
-  double* spin = nullptr;    ///< 4 per particle: wx wy wz 0
-  double* load = nullptr;    ///< 8 per particle: fx fy fz 0, tx ty tz 0
-};
-inline constexpr int kMotionRow = 8;
-inline constexpr int kSpinRow = 4;
-inline constexpr int kLoadRow = 8;
+/// A particle is a row of doubles: x y z r, vx vy vz 0, wx wy wz 0, fx fy fz 0, tx ty tz 0. Rows
+/// are aligned to 32 bytes. Lists name particles by the offset of their row from the first one.
+inline constexpr int kRow = 20;
+inline constexpr int kVelocity = 4;
+inline constexpr int kSpin = 8;
+inline constexpr int kForce = 12;
+inline constexpr int kTorque = 16;
+using Offset = std::uint32_t;
+inline constexpr Offset OffsetOf(std::int32_t particle) {
+  return static_cast<Offset>(particle) * static_cast<Offset>(kRow);
+}
+inline constexpr std::int32_t ParticleOf(Offset offset) {
+  return static_cast<std::int32_t>(offset / static_cast<Offset>(kRow));
+}
 
 /// How the nearest image of a neighbour is found. Lees–Edwards: the image one cell above is
 /// displaced by `shear_offset` along x and faster by `shear_speed`. In a cell that changes its size
@@ -63,8 +68,8 @@ struct LawConstants {
 /// Contacts in columns of `size` (a multiple of kPadding). For walls and surfaces j is not used.
 struct ContactColumns {
   std::int32_t size = 0;
-  const std::int32_t* i = nullptr;
-  const std::int32_t* j = nullptr;
+  const Offset* i = nullptr;
+  const Offset* j = nullptr;
   const double* radius_sum = nullptr;        ///< [m] ri + rj; at walls r; negative: inert
   const double* effective_radius = nullptr;  ///< [m] R*
   const double* effective_mass = nullptr;    ///< [kg] m*
@@ -99,18 +104,17 @@ struct Drive {
 enum class TangentialKernel { no_history, displacement, incremental };
 
 /// Pairs: adds the forces and torques of all contacts to the particles' loads.
-using PairKernel = void (*)(const LawConstants&, const Images&, const ParticleRows&,
+using PairKernel = void (*)(const LawConstants&, const Images&, double* rows,
                             const ContactColumns&);
 /// A plane's contacts; adds the force on the plane to force[3].
-using PlaneKernel = void (*)(const LawConstants&, const PlaneState&, const ParticleRows&,
+using PlaneKernel = void (*)(const LawConstants&, const PlaneState&, double* rows,
                              const ContactColumns&, double* force);
-using SurfaceKernel = void (*)(const LawConstants&, const SurfaceColumns&, const ParticleRows&,
+using SurfaceKernel = void (*)(const LawConstants&, const SurfaceColumns&, double* rows,
                                const ContactColumns&, double* force);
 /// Sets accept[n] to 1 where the surfaces of pair n are closer than `gap` [m], else 0; sizes are
 /// multiples of kPadding.
-using PruneKernel = void (*)(const Images&, const ParticleRows&, const std::int32_t* i,
-                             const std::int32_t* j, std::int32_t size, double gap,
-                             std::uint8_t* accept);
+using PruneKernel = void (*)(const Images&, const double* rows, const Offset* i, const Offset* j,
+                             std::int32_t size, double gap, std::uint8_t* accept);
 
 /// Velocity Verlet over particles [begin, end): kick: half a step of velocity from the loads,
 /// drift: a step of position. `inverse_mass` and `inverse_inertia` are 0 for particles that do not
@@ -122,7 +126,7 @@ struct Integration {
   bool begin_step = false;   ///< kick again and drift, then clear the loads
 };
 /// Returns the largest square of velocity, less the affine one, of the particles [m2/s2].
-using IntegrateKernel = double (*)(const Drive&, const ParticleRows&, const Integration&,
+using IntegrateKernel = double (*)(const Drive&, double* rows, const Integration&,
                                    std::int32_t begin, std::int32_t end);
 
 struct Kernels {

@@ -192,7 +192,7 @@ void MeshContacts::AddForces(std::size_t s, std::int32_t padding_row, ParticleSt
   for (std::size_t n = 0; n < slab.contacts.size(); ++n) {
     const MeshContact& contact = slab.contacts[n];
     const std::int32_t p = slab.particle[n];
-    list.i[n] = p;
+    list.i[n] = OffsetOf(p);
     list.radius_sum[n] = particles.Radius(p);
     list.effective_radius[n] = particles.Radius(p);
     list.effective_mass[n] = particles.Mass(p);

@@ -110,7 +110,7 @@ void Neighbours::Rebuild(ParticleStore& particles, const Box& box, const Images&
   for (std::int32_t p = 0; p < particles.count(); ++p) {
     largest = std::max(largest, particles.Radius(p));
   }
-  const Cells cells(particles.motion.data(), particles.count(), box, images, 2 * largest + skin);
+  const Cells cells(particles.rows(), particles.count(), box, images, 2 * largest + skin);
   std::vector<std::int32_t> cell_start;
   const std::vector<std::int32_t> order = SortIntoCells(particles, cells, removed, &cell_start);
   std::vector<std::int32_t> place(static_cast<std::size_t>(particles.count()), kNone);
@@ -128,7 +128,7 @@ void Neighbours::Rebuild(ParticleStore& particles, const Box& box, const Images&
                                     first_cell.begin()) -
            1;
   };
-  const double* rows = particles.motion.data();
+  const double* rows = particles.rows();
   team.Run([&](int thread) {
     std::vector<std::int32_t> near;
     std::vector<std::pair<std::int32_t, std::int32_t>> ranges;
@@ -158,17 +158,17 @@ void Neighbours::Rebuild(ParticleStore& particles, const Box& box, const Images&
           }
         }
         for (std::int32_t i = begin; i < end; ++i) {
-          const double* a = rows + static_cast<std::ptrdiff_t>(i) * kMotionRow;
+          const double* a = rows + OffsetOf(i);
           const std::int32_t group = *At(particles.group, i);
           const auto test = [&](std::int32_t j) {
-            const double* b = rows + static_cast<std::ptrdiff_t>(j) * kMotionRow;
+            const double* b = rows + OffsetOf(j);
             double d[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
             NearestImage(images, d);
             const double reach = a[3] + b[3] + skin;
             if (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] >= reach * reach) return;
             if (group >= 0 && group == *At(particles.group, j)) return;
-            slab.outer_i.push_back(i);
-            slab.outer_j.push_back(j);
+            slab.outer_i.push_back(OffsetOf(i));
+            slab.outer_j.push_back(OffsetOf(j));
           };
           for (std::int32_t j = i + 1; j < end; ++j) test(j);
           for (const auto& [from, to] : ranges) {
@@ -179,8 +179,8 @@ void Neighbours::Rebuild(ParticleStore& particles, const Box& box, const Images&
       }
       slab.source.assign(slab.outer_i.size(), kNone);
       while (slab.outer_i.size() % kPadding != 0) {
-        slab.outer_i.push_back(particles.PaddingRow(static_cast<int>(s)));
-        slab.outer_j.push_back(particles.PaddingRow(static_cast<int>(s)));
+        slab.outer_i.push_back(OffsetOf(particles.PaddingRow(static_cast<int>(s))));
+        slab.outer_j.push_back(OffsetOf(particles.PaddingRow(static_cast<int>(s))));
       }
     }
   });
@@ -214,8 +214,8 @@ void Neighbours::CarryHistories(const std::vector<std::int32_t>& place) {
           return !c[0].empty() && (c[0][k] != 0 || c[1][k] != 0 || c[2][k] != 0);
         };
         if (!any(list->history.shear) && !any(list->history.rolling)) continue;
-        const std::int32_t i = place[static_cast<std::size_t>(list->i[k])];
-        const std::int32_t j = pairs ? place[static_cast<std::size_t>(list->j[k])] : 0;
+        const std::int32_t i = place[static_cast<std::size_t>(ParticleOf(list->i[k]))];
+        const std::int32_t j = pairs ? place[static_cast<std::size_t>(ParticleOf(list->j[k]))] : 0;
         if (i < 0 || j < 0) continue;
         carried.i.push_back(i);
         carried.j.push_back(j);
@@ -270,7 +270,7 @@ std::int32_t Neighbours::FindEntry(std::int32_t i, std::int32_t j, std::size_t* 
     const Slab& candidate = slabs_[s];
     const auto local = static_cast<std::size_t>(a - candidate.begin);
     for (std::int32_t n = candidate.start[local]; n < candidate.start[local + 1]; ++n) {
-      if (candidate.outer_j[static_cast<std::size_t>(n)] != b) continue;
+      if (candidate.outer_j[static_cast<std::size_t>(n)] != OffsetOf(b)) continue;
       *slab = s;
       *swapped = swap;
       return n;
@@ -388,14 +388,14 @@ void Neighbours::PruneSlab(std::size_t s, ParticleStore& particles, const Kernel
   const HistoryColumns& old = carrying_ ? carried_.history : slab.pairs.history;
   for (std::size_t n = 0; n < slots.size(); ++n) {
     const auto slot = static_cast<std::size_t>(slots[n]);
-    const std::int32_t i = slab.outer_i[slot];
-    const std::int32_t j = slab.outer_j[slot];
+    const std::int32_t i = ParticleOf(slab.outer_i[slot]);
+    const std::int32_t j = ParticleOf(slab.outer_j[slot]);
     const double ri = particles.Radius(i);
     const double rj = particles.Radius(j);
     const double mi = particles.Mass(i);
     const double mj = particles.Mass(j);
-    pairs.i[n] = i;
-    pairs.j[n] = j;
+    pairs.i[n] = slab.outer_i[slot];
+    pairs.j[n] = slab.outer_j[slot];
     pairs.radius_sum[n] = ri + rj;
     pairs.effective_radius[n] = ri * rj / (ri + rj);
     pairs.effective_mass[n] = mi * mj / (mi + mj);
@@ -420,7 +420,7 @@ void Neighbours::PrunePlane(std::size_t s, int plane, ParticleStore& particles,
   std::vector<std::int32_t>& source = plane_source_[static_cast<std::size_t>(plane)];
   if (!carrying_) {
     for (std::int32_t n = 0; n < list.size; ++n) {
-      *At(source, list.i[static_cast<std::size_t>(n)]) = n;
+      *At(source, ParticleOf(list.i[static_cast<std::size_t>(n)])) = n;
     }
   }
   std::vector<std::int32_t>& near = slab.accepted;
@@ -438,7 +438,7 @@ void Neighbours::PrunePlane(std::size_t s, int plane, ParticleStore& particles,
       carrying_ ? carried_planes_[static_cast<std::size_t>(plane)].history : list.history;
   for (std::size_t n = 0; n < near.size(); ++n) {
     const std::int32_t p = near[n];
-    fresh.i[n] = p;
+    fresh.i[n] = OffsetOf(p);
     fresh.radius_sum[n] = particles.Radius(p);
     fresh.effective_radius[n] = particles.Radius(p);
     fresh.effective_mass[n] = particles.Mass(p);

@@ -30,8 +30,8 @@ struct Slab {
   std::int32_t end = 0;
 
   std::vector<std::int32_t> start;  ///< of each particle's entries in the outer list; one more
-  AlignedVector<std::int32_t> outer_i;
-  AlignedVector<std::int32_t> outer_j;
+  AlignedVector<Offset> outer_i;
+  AlignedVector<Offset> outer_j;
   /// Where the history of an outer entry stands before a prune, or kNone.
   std::vector<std::int32_t> source;
 

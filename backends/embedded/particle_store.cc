@@ -1,5 +1,6 @@
 #include "backends/embedded/particle_store.h"
 
+#include <algorithm>
 #include <numbers>
 
 namespace powdercal::embedded {
@@ -21,21 +22,20 @@ void Permute(Vector& values, const std::vector<std::int32_t>& order, std::size_t
 ParticleStore::ParticleStore(const Packing& packing, double density)
     : count_(static_cast<std::int32_t>(packing.size())), density_(density) {
   const std::size_t n = packing.size();
-  motion.resize(n * kMotionRow);
-  spin.resize(n * kSpinRow);
-  load.resize(n * kLoadRow);
+  rows_.resize(n * kRow);
   inverse_mass.resize(n);
   inverse_inertia.resize(n);
   ids.resize(n);
   group.assign(n, -1);
   for (std::size_t p = 0; p < n; ++p) {
     const Sphere& s = packing[p];
+    double* row = &rows_[p * kRow];
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      motion[p * kMotionRow + axis] = s.position[axis];
-      motion[p * kMotionRow + 4 + axis] = s.velocity[axis];
-      spin[p * kSpinRow + axis] = s.spin[axis];
+      row[axis] = s.position[axis];
+      row[kVelocity + axis] = s.velocity[axis];
+      row[kSpin + axis] = s.spin[axis];
     }
-    motion[p * kMotionRow + 3] = s.radius;
+    row[3] = s.radius;
     const double mass = Mass(static_cast<std::int32_t>(p));
     inverse_mass[p] = 1 / mass;
     inverse_inertia[p] = 1 / (0.4 * mass * s.radius * s.radius);
@@ -59,16 +59,17 @@ Sphere ParticleStore::ToSphere(std::int32_t p) const {
 }
 
 void ParticleStore::ResizePadding(int slabs) {
-  const auto rows = static_cast<std::size_t>(count_ + slabs);
-  motion.resize(rows * kMotionRow);
-  spin.resize(rows * kSpinRow);
-  load.resize(rows * kLoadRow);
+  rows_.resize(static_cast<std::size_t>(count_ + slabs) * kRow);
+}
+
+void ParticleStore::ClearLoads() {
+  for (std::size_t row = 0; row < rows_.size(); row += kRow) {
+    std::fill_n(&rows_[row + kForce], kRow - kForce, 0.0);
+  }
 }
 
 void ParticleStore::Reorder(const std::vector<std::int32_t>& order) {
-  Permute(motion, order, kMotionRow);
-  Permute(spin, order, kSpinRow);
-  Permute(load, order, kLoadRow);
+  Permute(rows_, order, kRow);
   Permute(inverse_mass, order, 1);
   Permute(inverse_inertia, order, 1);
   Permute(ids, order, 1);

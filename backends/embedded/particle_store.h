@@ -17,15 +17,19 @@ class ParticleStore {
   ParticleStore(const Packing& packing, double density);
 
   std::int32_t count() const { return count_; }
-  ParticleRows rows() { return {motion.data(), spin.data(), load.data()}; }
+  double* rows() { return rows_.data(); }
+  const double* rows() const { return rows_.data(); }
 
-  double Radius(std::int32_t p) const { return motion[Row(p) + 3]; }
+  double Radius(std::int32_t p) const { return rows_[Row(p) + 3]; }
   double Mass(std::int32_t p) const;
-  const double* Position(std::int32_t p) const { return &motion[Row(p)]; }
-  double* Position(std::int32_t p) { return &motion[Row(p)]; }
-  const double* Velocity(std::int32_t p) const { return &motion[Row(p) + 4]; }
-  double* Velocity(std::int32_t p) { return &motion[Row(p) + 4]; }
-  const double* Spin(std::int32_t p) const { return &spin[static_cast<std::size_t>(p) * kSpinRow]; }
+  const double* Position(std::int32_t p) const { return &rows_[Row(p)]; }
+  double* Position(std::int32_t p) { return &rows_[Row(p)]; }
+  const double* Velocity(std::int32_t p) const { return Position(p) + kVelocity; }
+  double* Velocity(std::int32_t p) { return Position(p) + kVelocity; }
+  const double* Spin(std::int32_t p) const { return Position(p) + kSpin; }
+  const double* Force(std::int32_t p) const { return Position(p) + kForce; }
+  /// Sets all forces and torques to zero.
+  void ClearLoads();
   Sphere ToSphere(std::int32_t p) const;
 
   /// Makes room for a row of zeros for each slab.
@@ -34,9 +38,6 @@ class ParticleStore {
   /// Moves particle order[n] to place n, dropping those that `order` does not name.
   void Reorder(const std::vector<std::int32_t>& order);
 
-  AlignedVector<double> motion;  ///< rows of kMotionRow
-  AlignedVector<double> spin;    ///< rows of kSpinRow
-  AlignedVector<double> load;    ///< rows of kLoadRow
   AlignedVector<double> inverse_mass;
   AlignedVector<double> inverse_inertia;
   std::vector<std::int64_t> ids;
@@ -45,8 +46,9 @@ class ParticleStore {
   double density() const { return density_; }
 
  private:
-  static std::size_t Row(std::int32_t p) { return static_cast<std::size_t>(p) * kMotionRow; }
+  static std::size_t Row(std::int32_t p) { return static_cast<std::size_t>(p) * kRow; }
 
+  AlignedVector<double> rows_;
   std::int32_t count_ = 0;
   double density_ = 0;
 };

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "backends/embedded/kernels.h"
+
 #if defined(__AVX2__) || defined(__AVX512F__)
 #include <immintrin.h>
 #elif defined(__SSE2__)
@@ -26,6 +28,18 @@ inline constexpr int kLanes = 2;
 
 using Vec = double __attribute__((vector_size(8 * kLanes)));
 using Row = double __attribute__((vector_size(32)));  // a row of four, e.g. x y z r
+
+struct Columns {
+  Vec x, y, z, w;
+};
+
+/// Of pairs of particles i and j, lane by lane.
+struct PairRows {
+  Columns position;  // of i less that of j; w: ri − rj
+  Columns velocity;
+  Columns spin_i;
+  Columns spin_j;
+};
 
 inline Vec Broadcast(double x) { return x - Vec{}; }
 inline Vec Load(const double* p) { return *reinterpret_cast<const Vec*>(p); }
@@ -51,42 +65,47 @@ inline Vec IfGreater(Vec x, Vec y, Vec a, Vec b) {
 }
 inline unsigned GreaterBits(Vec x, Vec y) { return _mm512_cmp_pd_mask(x, y, _CMP_GT_OQ); }
 
-struct Columns {
-  Vec x, y, z, w;
-};
+inline Vec Join(Row low, Row high) {
+  return _mm512_insertf64x4(_mm512_castpd256_pd512(low), high, 1);
+}
 
-inline Columns Transpose(Row r0, Row r1, Row r2, Row r3, Row r4, Row r5, Row r6, Row r7) {
-  const auto join = [](Row low, Row high) {
-    return _mm512_insertf64x4(_mm512_castpd256_pd512(low), high, 1);
-  };
-  const __m512d a0 = join(r0, r2);
-  const __m512d a1 = join(r1, r3);
-  const __m512d a2 = join(r4, r6);
-  const __m512d a3 = join(r5, r7);
-  const __m512d t0 = _mm512_unpacklo_pd(a0, a1);
-  const __m512d t1 = _mm512_unpackhi_pd(a0, a1);
-  const __m512d t2 = _mm512_unpacklo_pd(a2, a3);
-  const __m512d t3 = _mm512_unpackhi_pd(a2, a3);
+// Of the rows of lanes (0, 2), (1, 3), (4, 6), (5, 7).
+inline Columns Transpose(const Vec (&a)[4]) {
+  const __m512d t0 = _mm512_unpacklo_pd(a[0], a[1]);
+  const __m512d t1 = _mm512_unpackhi_pd(a[0], a[1]);
+  const __m512d t2 = _mm512_unpacklo_pd(a[2], a[3]);
+  const __m512d t3 = _mm512_unpackhi_pd(a[2], a[3]);
   return {_mm512_shuffle_f64x2(t0, t2, 0x88), _mm512_shuffle_f64x2(t1, t3, 0x88),
           _mm512_shuffle_f64x2(t0, t2, 0xdd), _mm512_shuffle_f64x2(t1, t3, 0xdd)};
 }
 
-/// The rows base[index[lane] * stride …+3], as columns.
-inline Columns Gather(const double* base, const std::int32_t* index, int stride) {
-  const auto row = [&](int lane) {
-    return LoadRow(base + static_cast<std::ptrdiff_t>(index[lane]) * stride);
-  };
-  return Transpose(row(0), row(1), row(2), row(3), row(4), row(5), row(6), row(7));
+/// The rows at base + index[lane], as columns.
+inline Columns Gather(const double* base, const Offset* index) {
+  const auto row = [&](int lane) { return LoadRow(base + index[lane]); };
+  const Vec a[4] = {Join(row(0), row(2)), Join(row(1), row(3)), Join(row(4), row(6)),
+                    Join(row(5), row(7))};
+  return Transpose(a);
 }
 
-/// Rows of i less rows of j, as columns.
-inline Columns GatherDifference(const double* base, const std::int32_t* i, const std::int32_t* j,
-                                int stride) {
-  const auto row = [&](int lane) {
-    return LoadRow(base + static_cast<std::ptrdiff_t>(i[lane]) * stride) -
-           LoadRow(base + static_cast<std::ptrdiff_t>(j[lane]) * stride);
-  };
-  return Transpose(row(0), row(1), row(2), row(3), row(4), row(5), row(6), row(7));
+/// A particle at a time, so that its address is needed once.
+inline PairRows GatherPairs(const double* rows, const Offset* i, const Offset* j) {
+  Vec d[4];
+  Vec v[4];
+  Vec wi[4];
+  Vec wj[4];
+  constexpr int kLane[4] = {0, 1, 4, 5};
+  for (int g = 0; g < 4; ++g) {
+    const double* a = rows + i[kLane[g]];
+    const double* b = rows + j[kLane[g]];
+    const double* c = rows + i[kLane[g] + 2];
+    const double* e = rows + j[kLane[g] + 2];
+    d[g] = Join(LoadRow(a) - LoadRow(b), LoadRow(c) - LoadRow(e));
+    v[g] = Join(LoadRow(a + kVelocity) - LoadRow(b + kVelocity),
+                LoadRow(c + kVelocity) - LoadRow(e + kVelocity));
+    wi[g] = Join(LoadRow(a + kSpin), LoadRow(c + kSpin));
+    wj[g] = Join(LoadRow(b + kSpin), LoadRow(e + kSpin));
+  }
+  return {Transpose(d), Transpose(v), Transpose(wi), Transpose(wj)};
 }
 
 /// Rows (x, y, z, 0) of the lanes.
@@ -121,10 +140,6 @@ inline unsigned GreaterBits(Vec x, Vec y) {
   return static_cast<unsigned>(_mm256_movemask_pd(_mm256_cmp_pd(x, y, _CMP_GT_OQ)));
 }
 
-struct Columns {
-  Vec x, y, z, w;
-};
-
 inline Columns Transpose(Row r0, Row r1, Row r2, Row r3) {
   const __m256d t0 = _mm256_unpacklo_pd(r0, r1);
   const __m256d t1 = _mm256_unpackhi_pd(r0, r1);
@@ -134,20 +149,26 @@ inline Columns Transpose(Row r0, Row r1, Row r2, Row r3) {
           _mm256_permute2f128_pd(t0, t2, 0x31), _mm256_permute2f128_pd(t1, t3, 0x31)};
 }
 
-inline Columns Gather(const double* base, const std::int32_t* index, int stride) {
-  const auto row = [&](int lane) {
-    return LoadRow(base + static_cast<std::ptrdiff_t>(index[lane]) * stride);
-  };
+inline Columns Gather(const double* base, const Offset* index) {
+  const auto row = [&](int lane) { return LoadRow(base + index[lane]); };
   return Transpose(row(0), row(1), row(2), row(3));
 }
 
-inline Columns GatherDifference(const double* base, const std::int32_t* i, const std::int32_t* j,
-                                int stride) {
-  const auto row = [&](int lane) {
-    return LoadRow(base + static_cast<std::ptrdiff_t>(i[lane]) * stride) -
-           LoadRow(base + static_cast<std::ptrdiff_t>(j[lane]) * stride);
-  };
-  return Transpose(row(0), row(1), row(2), row(3));
+inline PairRows GatherPairs(const double* rows, const Offset* i, const Offset* j) {
+  Row d[4];
+  Row v[4];
+  Row wi[4];
+  Row wj[4];
+  for (int lane = 0; lane < 4; ++lane) {
+    const double* a = rows + i[lane];
+    const double* b = rows + j[lane];
+    d[lane] = LoadRow(a) - LoadRow(b);
+    v[lane] = LoadRow(a + kVelocity) - LoadRow(b + kVelocity);
+    wi[lane] = LoadRow(a + kSpin);
+    wj[lane] = LoadRow(b + kSpin);
+  }
+  return {Transpose(d[0], d[1], d[2], d[3]), Transpose(v[0], v[1], v[2], v[3]),
+          Transpose(wi[0], wi[1], wi[2], wi[3]), Transpose(wj[0], wj[1], wj[2], wj[3])};
 }
 
 inline void ToRows(Vec x, Vec y, Vec z, Row* rows) {
@@ -189,21 +210,19 @@ inline unsigned GreaterBits(Vec x, Vec y) {
 }
 #endif
 
-struct Columns {
-  Vec x, y, z, w;
-};
-
-inline Columns Gather(const double* base, const std::int32_t* index, int stride) {
-  const double* a = base + static_cast<std::ptrdiff_t>(index[0]) * stride;
-  const double* b = base + static_cast<std::ptrdiff_t>(index[1]) * stride;
+inline Columns Gather(const double* base, const Offset* index) {
+  const double* a = base + index[0];
+  const double* b = base + index[1];
   return {Vec{a[0], b[0]}, Vec{a[1], b[1]}, Vec{a[2], b[2]}, Vec{a[3], b[3]}};
 }
 
-inline Columns GatherDifference(const double* base, const std::int32_t* i, const std::int32_t* j,
-                                int stride) {
-  const Columns a = Gather(base, i, stride);
-  const Columns b = Gather(base, j, stride);
-  return {a.x - b.x, a.y - b.y, a.z - b.z, a.w - b.w};
+inline PairRows GatherPairs(const double* rows, const Offset* i, const Offset* j) {
+  const auto difference = [](const Columns& a, const Columns& b) {
+    return Columns{a.x - b.x, a.y - b.y, a.z - b.z, a.w - b.w};
+  };
+  return {difference(Gather(rows, i), Gather(rows, j)),
+          difference(Gather(rows + kVelocity, i), Gather(rows + kVelocity, j)),
+          Gather(rows + kSpin, i), Gather(rows + kSpin, j)};
 }
 
 inline void ToRows(Vec x, Vec y, Vec z, Row* rows) {

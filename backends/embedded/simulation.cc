@@ -70,7 +70,7 @@ void Simulation::AddBodies() {
       particles_.inverse_mass[n] = 0;
       particles_.inverse_inertia[n] = 0;
       std::fill_n(particles_.Velocity(p), 3, 0.0);
-      std::fill_n(&particles_.spin[n * kSpinRow], 3, 0.0);
+      std::fill_n(particles_.Position(p) + kSpin, 3, 0.0);
     }
     GroupBody body;
     body.name = group.name;
@@ -244,7 +244,7 @@ void Simulation::RestoreContacts() {
 
 void Simulation::ForcesOfPairs(bool record) {
   std::vector<Slab>& slabs = neighbours_.slabs();
-  const ParticleRows rows = particles_.rows();
+  double* rows = particles_.rows();
   for (const std::size_t parity : {std::size_t{0}, std::size_t{1}}) {
     if (parity == 1 && slabs.size() == 1) break;
     team_.Run([&](int thread) {
@@ -277,7 +277,7 @@ void Simulation::FinishForces(int thread) {
     }
     for (const GroupBody& group : groups_) {
       for (const std::int32_t p : group.members[s]) {
-        const double* load = &particles_.load[static_cast<std::size_t>(p) * kLoadRow];
+        const double* load = particles_.Force(p);
         for (std::size_t axis = 0; axis < 3; ++axis) force[body][axis] += load[axis];
       }
       ++body;
@@ -355,7 +355,7 @@ double Simulation::FastestBody() const {
 void Simulation::Start() {
   RefreshLists();
   if (failure_) return;
-  std::fill(particles_.load.begin(), particles_.load.end(), 0.0);
+  particles_.ClearLoads();
   // A first look at the forces must not let the springs of contacts grow.
   LawConstants law = sphere_law_;
   sphere_law_.time_step = 0;

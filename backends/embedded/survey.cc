@@ -70,12 +70,12 @@ std::vector<ContactHistory> Simulation::CurrentContacts() const {
   const auto id = [&](std::int32_t p) { return particles_.ids[static_cast<std::size_t>(p)]; };
   for (const Slab& slab : neighbours_.slabs()) {
     for (std::size_t n = 0; n < static_cast<std::size_t>(slab.pairs.size); ++n) {
-      add(id(slab.pairs.i[n]), id(slab.pairs.j[n]), slab.pairs, n);
+      add(id(ParticleOf(slab.pairs.i[n])), id(ParticleOf(slab.pairs.j[n])), slab.pairs, n);
     }
     for (std::size_t plane = 0; plane < slab.planes.size(); ++plane) {
       const ContactList& list = slab.planes[plane];
       for (std::size_t n = 0; n < static_cast<std::size_t>(list.size); ++n) {
-        add(id(list.i[n]), -1 - static_cast<std::int64_t>(plane), list, n);
+        add(id(ParticleOf(list.i[n])), -1 - static_cast<std::int64_t>(plane), list, n);
       }
     }
   }
@@ -112,14 +112,15 @@ Survey Simulation::MakeSurvey() const {
   };
   for (const Slab& slab : neighbours_.slabs()) {
     for (std::size_t n = 0; n < static_cast<std::size_t>(slab.pairs.size); ++n) {
-      const double distance = Length(Branch(particles_, images_, slab.pairs.i[n], slab.pairs.j[n]));
+      const double distance = Length(
+          Branch(particles_, images_, ParticleOf(slab.pairs.i[n]), ParticleOf(slab.pairs.j[n])));
       touch(sphere_law_, slab.pairs.radius_sum[n] - distance, slab.pairs.effective_radius[n]);
     }
     for (std::size_t plane = 0; plane < slab.planes.size(); ++plane) {
       const PlaneState state = planes_[plane].State();
       const ContactList& list = slab.planes[plane];
       for (std::size_t n = 0; n < static_cast<std::size_t>(list.size); ++n) {
-        const double* x = particles_.Position(list.i[n]);
+        const double* x = particles_.Position(ParticleOf(list.i[n]));
         const double distance =
             state.normal[0] * x[0] + state.normal[1] * x[1] + state.normal[2] * x[2] - state.offset;
         touch(planes_[plane].law, x[3] - distance, x[3]);
@@ -136,7 +137,8 @@ void Simulation::UpdateStress() {
     for (std::size_t n = 0; n < static_cast<std::size_t>(slab.pairs.size); ++n) {
       const Vector3 force = VectorAt(slab.pairs.force, n);
       if (force[0] == 0 && force[1] == 0 && force[2] == 0) continue;
-      const Vector3 branch = Branch(particles_, images_, slab.pairs.i[n], slab.pairs.j[n]);
+      const Vector3 branch =
+          Branch(particles_, images_, ParticleOf(slab.pairs.i[n]), ParticleOf(slab.pairs.j[n]));
       for (std::size_t a = 0; a < 3; ++a) {
         for (std::size_t b = 0; b < 3; ++b) sum[a][b] += force[a] * branch[b];
       }
