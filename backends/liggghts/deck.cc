@@ -4,58 +4,42 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "backends/insertion.h"
+#include "backends/liggghts/deck_model.h"
+#include "backends/particle_summary.h"
 #include "backends/servo_gain.h"
 #include "scaling/groups.h"
 
 namespace powdercal::liggghts {
 namespace {
 
-constexpr const char* kDumpColumns =
-    "id type x y z radius vx vy vz omegax omegay omegaz modify sort id format \"%d %d %.17g %.17g "
-    "%.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g\"";
+constexpr const char* kDumpColumns = "id type x y z radius vx vy vz omegax omegay omegaz";
+constexpr const char* kDumpFormat =
+    "sort id format \"%d %d %.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g\"";
 constexpr int kSeriesSteps = 100;
+constexpr int kServoCheckSteps = 1000;
+constexpr const char* kPrimitives[] = {"xplane", "yplane", "zplane"};
+
+// Contacts that separate and meet again between two builds of the neighbour list keep their springs
+// unless LIGGGHTS looks at pairs somewhat farther apart than touching (by this factor), too.
+constexpr double kContactDistanceFactor = 1.02;
 
 long long StepsOf(double duration, double time_step) {
   return std::max(1LL, static_cast<long long>(std::llround(duration / time_step)));
 }
 
-std::string OnOff(bool flag) { return flag ? "on" : "off"; }
-
-// The words after `model` in pair_style and fix wall/gran. In the latter, the options stand behind
-// the geometry.
-std::string ModelWords(const ContactLaw& law) {
-  std::string words = fmt::format("hertz tangential {}",
-                                  TangentialLawNames()[static_cast<std::size_t>(law.tangential)]);
-  if (law.cohesion == ContactLaw::Cohesion::sjkr2) words += " cohesion sjkr2";
-  if (law.rolling == ContactLaw::Rolling::cdt) words += " rolling_friction cdt";
-  if (law.rolling == ContactLaw::Rolling::epsd2) words += " rolling_friction epsd2";
-  return words;
-}
-
-std::string ModelOptions(const ContactLaw& law) {
-  std::string words = "limitForce " + OnOff(law.limit_force);
-  if (law.rolling != ContactLaw::Rolling::none) words += " torsionTorque " + OnOff(law.torsion);
-  return words;
-}
-
-// Type 1: particles, type 2: walls.
-std::string PairProperty(const char* fix, const char* property, double particles, double wall) {
-  return fmt::format("fix {} all property/global {} peratomtypepair 2 {} {} {} {}\n", fix, property,
-                     particles, wall, wall, wall);
-}
-
 class DeckWriter {
  public:
-  explicit DeckWriter(const Program& program) : program_(program) {}
+  DeckWriter(const Program& program, const ParticleSummary& particles)
+      : program_(program), particles_(particles) {}
 
   std::string Write() {
     Header();
-    Properties();
-    for (const Stage& stage : program_.stages) {
-      std::visit([this](const auto& s) { Write(s); }, stage);
+    text_ += WriteProperties(program_);
+    Simulation();
+    for (stage_ = 0; stage_ < program_.stages.size(); ++stage_) {
+      std::visit([this](const auto& stage) { Write(stage); }, program_.stages[stage_]);
     }
     return std::move(text_);
   }
@@ -67,66 +51,88 @@ class DeckWriter {
     text_ += '\n';
   }
 
-  void Header() {
-    const Materials& m = program_.materials;
-    Add("# written by powdercal; experiment {}, program {}", program_.experiment, program_.Hash());
-    Add("atom_style granular\natom_modify map array");
-    Add("boundary p p f\nnewton off\ncommunicate single vel yes\nunits si");
-    // LIGGGHTS wants to be told of moduli outside its usual range.
-    Add("hard_particles {}", m.young_modulus > 1e9 ? "yes" : "no");
-    if (m.young_modulus < 5e6) Add("soft_particles yes");
-    Add("read_data {}", kDataFile);
-    Add("neighbor {} bin", 0.1 * program_.particles.sizes.mean);
-    Add("neigh_modify delay 0 every 1 check yes");
+  // Sets a variable to what an expression is now: later runs or dumps do not change it.
+  void Freeze(const char* name, const std::string& expression) {
+    Add("variable formula equal {}\nvariable {} equal ${{formula}}", expression, name);
   }
 
-  void Properties() {
+  void Header() {
     const Materials& m = program_.materials;
-    const ContactParameters& pp = m.particle_particle;
-    const ContactParameters& pw = m.particle_wall;
-    Add("fix m1 all property/global youngsModulus peratomtype {0} {0}", m.young_modulus);
-    Add("fix m2 all property/global poissonsRatio peratomtype {0} {0}", m.poisson_ratio);
-    text_ += PairProperty("m3", "coefficientRestitution", pp.restitution, pw.restitution);
-    text_ += PairProperty("m4", "coefficientFriction", pp.friction, pw.friction);
-    if (program_.law.cohesion == ContactLaw::Cohesion::sjkr2) {
-      text_ += PairProperty("m5", "cohesionEnergyDensity", pp.cohesion_energy_density,
-                            pw.cohesion_energy_density);
+    const auto letter = [&](std::size_t axis) {
+      return program_.domain.boundaries[axis] == Boundary::periodic ? 'p' : 'f';
+    };
+    Add("# written by powdercal; experiment {}, program {}", program_.experiment, program_.Hash());
+    Add("atom_style granular\natom_modify map array");
+    Add("boundary {} {} {}", letter(0), letter(1), letter(2));
+    Add("newton off\ncommunicate single vel yes\nunits si");
+    if (program_.law.normal == ContactLaw::Normal::hertz) {
+      // LIGGGHTS wants to be told of moduli outside its usual range.
+      Add("hard_particles {}", m.young_modulus > 1e9 ? "yes" : "no");
+      if (m.young_modulus < 5e6) Add("soft_particles yes");
     }
-    if (program_.law.rolling != ContactLaw::Rolling::none) {
-      text_ += PairProperty("m6", "coefficientRollingFriction", pp.rolling_friction,
-                            pw.rolling_friction);
-    }
+    Add("read_data {}", kDataFile);
+    Add("neighbor {} bin", 0.1 * particles_.mean_diameter);
+    const bool springs = program_.law.tangential == ContactLaw::Tangential::history ||
+                         program_.law.rolling == ContactLaw::Rolling::epsd2;
+    Add("neigh_modify delay 0 every 1 check yes contact_distance_factor {}",
+        springs ? kContactDistanceFactor : 1.0);
+  }
+
+  void Simulation() {
     Add("pair_style {}", PairStyle(program_.law));
     Add("pair_coeff * *");
     Add("timestep {}", program_.time_step);
     Add("fix integrate all nve/sphere");
-    const Vector3& g = program_.gravity;
-    const double magnitude = std::hypot(g[0], g[1], g[2]);
-    if (magnitude > 0) {
-      Add("fix gravity all gravity {} vector {} {} {}", magnitude, g[0], g[1], g[2]);
+    if (Gravity() > 0) {
+      const Vector3& g = program_.gravity;
+      Add("fix gravity all gravity {} vector {} {} {}", Gravity(), g[0], g[1], g[2]);
     }
-    for (const PlaneWall& wall : program_.walls) {
+    for (std::size_t i = 0; i < program_.walls.size(); ++i) {
+      const PlaneWall& wall = program_.walls[i];
       if (IsServo(wall.name)) continue;
-      Add("fix wall_{} all wall/gran model {} primitive type 2 zplane {} {}", wall.name,
-          ModelWords(program_.law), wall.position, ModelOptions(program_.law));
+      Add("fix wall_{} all {} primitive type {} {} {} {}", i, WallStyle(program_.law), TypeOf(wall),
+          kPrimitives[wall.axis], wall.position, WallOptions(program_.law));
     }
     Add("compute radius all property/atom radius\nvariable top_of atom z+c_radius");
     Add("compute top all reduce max v_top_of\ncompute ke all ke\ncompute kr all erotate/sphere");
     Add("compute contacts all contact/atom\ncompute z all reduce ave c_contacts");
-    Add("variable n equal atoms\nvariable start_n equal ${{n}}");
+    Add("variable n equal atoms\nvariable start_n equal ${{n}}\nvariable now equal 0");
     Thermo("");
     Add("print \"PC START n=${{start_n}}\"");
   }
 
   // Lost atoms are ignored by default, and every thermo_style resets that.
-  void Thermo(const char* columns) {
+  void Thermo(const std::string& columns) {
     Add("thermo_style custom step atoms c_ke c_kr c_top c_z{}", columns);
     Add("thermo 1000000000\nthermo_modify lost error norm no");
   }
 
+  // Runs, then takes down what every stage looks at.
+  void Run(const std::string& steps) {
+    Add("run {} pre yes post no", steps);
+    Freeze("now", "step");
+    Freeze("energy", "c_ke+c_kr");
+    Freeze("coordination", "c_z");
+    Add("print \"PC CHECK stage={} step=${{now}} ke=${{energy}}\"", stage_);
+  }
+
+  // After a run: values as of its end.
+  void EndStage(const std::string& more = "") {
+    std::string servo;
+    if (servo_) {
+      Freeze("height", "v_h");
+      Freeze("rise", "${height}-${z0}");
+      servo = " h=${height} rise=${rise}";
+    }
+    Freeze("end_n", "v_n");
+    Add("write_dump all custom {} {} modify {}", DumpFile(program_, stage_), kDumpColumns,
+        kDumpFormat);
+    Add("print \"PC END stage={} step=${{now}} n=${{end_n}} ke=${{energy}} "
+        "z=${{coordination}}{}{}\"",
+        stage_, servo, more);
+  }
+
   void Write(const Insert&) {}  // the packing is in the data file
-  void Write(const Advance&) {}
-  void Write(const Deform&) {}
 
   void Write(const Settle& settle) {
     const long long steps = StepsOf(settle.check_interval, program_.time_step);
@@ -134,84 +140,109 @@ class DeckWriter {
     const long long loops = StepsOf(settle.max_duration, program_.time_step) / steps + 1;
     // Kinetic energy over the sum of m g d of all particles.
     const double weight =
-        SolidMass() * std::abs(program_.gravity[2]) * program_.particles.sizes.Moment(1);
-    Add("variable i loop {}\nlabel settle", loops);
-    Add("run {} pre yes post no", steps);
-    Add("variable ke equal c_ke+c_kr\nvariable a1 equal v_ke\nvariable a2 equal c_top\n"
-        "variable a3 equal step\nvariable a4 equal c_z");
-    Add("print \"PC SETTLE step=${{a3}} ke=${{a1}} top=${{a2}} z=${{a4}}\"");
-    Add("if \"(${{a1}} < {}) && (${{a3}} >= {})\" then \"variable i delete\" \"jump SELF settled\"",
-        settle.kinetic_energy_ratio * weight, minimum);
-    Add("next i\njump SELF settle\nlabel settled");
-    Add("write_dump all custom {} {}", DumpFile("settle"), kDumpColumns);
-    Add("print \"PC STAGE settle step=${{a3}}\"");
+        particles_.Mass(program_.materials.density) * Gravity() * particles_.mean_diameter;
+    Add("variable earliest equal ${{now}}+{}", minimum);
+    Add("variable i{0} loop {1}\nlabel settle_{0}", stage_, loops);
+    Run(fmt::to_string(steps));
+    Add("if \"(${{energy}} < {1}) && (${{now}} >= ${{earliest}})\" then \"variable i{0} delete\" "
+        "\"jump SELF settled_{0}\"",
+        stage_, settle.kinetic_energy_ratio * weight);
+    Add("next i{0}\njump SELF settle_{0}\nlabel settled_{0}", stage_);
+    EndStage();
   }
 
   void Write(const Servo& servo) {
+    const auto wall = std::find_if(program_.walls.begin(), program_.walls.end(),
+                                   [&](const PlaneWall& w) { return w.name == servo.wall; });
     const double area = program_.domain.BaseArea();
-    const double edge = program_.domain.Lengths()[0];
+    const Vector3& lower = program_.domain.lower;
     const double speed = ServoSpeed(program_, servo);
     const double limit = std::max(servo.max_velocity, speed);
     servo_ = servo;
-    Add("variable zw equal c_top\nvariable z0 equal ${{zw}}+{}",
-        0.03 * program_.particles.sizes.mean);
-    Add("fix {0} all mesh/surface/stress/servo file {1} type 2 scale {2} move {3} {4} ${{z0}} com "
-        "{3} "
-        "{4} ${{z0}} ctrlPV force axis 0 0 -1 target_val {5} vel_max {6} kp {7}",
-        servo.wall, kMeshFile, edge, program_.domain.lower[0], program_.domain.lower[1],
-        servo.stress * area, limit, speed / limit);
-    Add("fix wall_{0} all wall/gran model {1} mesh n_meshes 1 meshes {0} {2}", servo.wall,
-        ModelWords(program_.law), ModelOptions(program_.law));
-    Add("variable p equal -f_{}[3]/{}\nvariable h equal f_{}[9]", servo.wall, area, servo.wall);
+    // Before the first run no thermo output has computed it.
+    if (stage_ == FirstRun()) Run("0");
+    Add("variable z0 equal c_top\nvariable z0 equal ${{z0}}+{}", 0.03 * particles_.mean_diameter);
+    Add("fix lid all mesh/surface/stress/servo file {0} type {1} move {2} {3} ${{z0}} com {2} {3} "
+        "${{z0}} ctrlPV force axis 0 0 -1 target_val {4} vel_max {5} kp {6}",
+        kMeshFile, TypeOf(*wall), lower[0], lower[1], servo.stress * area, limit, speed / limit);
+    Add("fix wall_lid all {} mesh n_meshes 1 meshes lid {}", WallStyle(program_.law),
+        WallOptions(program_.law));
+    Add("variable p equal -f_lid[3]/{}\nvariable h equal f_lid[9]", area);
     Add("fix series all ave/time 1 {0} {0} v_p v_h file {1}", kSeriesSteps, kSeriesFile);
-    Thermo(fmt::format(" f_{0}[3] f_{0}[9]", servo.wall).c_str());
-    const long long steps = 1000;
-    Add("variable j loop {}\nlabel load",
-        StepsOf(servo.max_duration, program_.time_step) / steps + 1);
-    Add("run {} pre yes post no", steps);
-    Add("variable b1 equal f_series[1]\nvariable b2 equal f_series[2]\nvariable b3 equal step\n"
-        "variable b4 equal c_ke+c_kr\nvariable b5 equal ${{b4}}");
-    Add("print \"PC LOAD step=${{b3}} p=${{b1}} h=${{b2}} ke=${{b5}}\"");
-    Add("variable borne equal abs(${{b1}})");
-    Add("if \"${{borne}} > {}\" then \"variable j delete\" \"jump SELF loaded\"",
+    Thermo(" f_lid[3] f_lid[9]");
+    Add("variable i{0} loop {1}\nlabel load_{0}", stage_,
+        StepsOf(servo.max_duration, program_.time_step) / kServoCheckSteps + 1);
+    Run(fmt::to_string(kServoCheckSteps));
+    Freeze("borne", "abs(f_series[1])");
+    Add("if \"${{borne}} > {1}\" then \"variable i{0} delete\" \"jump SELF loaded_{0}\"", stage_,
         0.9 * servo.stress);
-    Add("next j");
-    Add("jump SELF load");
-    Add("label loaded\nprint \"PC STAGE servo step=${{b3}}\"");
+    Add("next i{0}\njump SELF load_{0}\nlabel loaded_{0}", stage_);
+    EndStage();
   }
 
   void Write(const Hold& hold) {
     const long long steps = StepsOf(hold.window, program_.time_step);
     const long long loops = StepsOf(hold.max_duration, program_.time_step) / steps + 1;
-    const double relative_change =
-        hold.strain_rate * static_cast<double>(steps) * program_.time_step;
-    const Materials& m = program_.materials;
-    const double kappa = StiffnessNumber(m.young_modulus, m.poisson_ratio, servo_.stress);
-    // Elastic energy of the bed, per unit of its height.
-    const double energy = servo_.stress * program_.domain.BaseArea() / kappa;
+    const double duration = static_cast<double>(steps) * program_.time_step;
     // fix ave/time writes at multiples of its period only: align the windows with them.
-    Add("variable align equal ceil(${{b3}}/{0})*{0}-${{b3}}\nrun ${{align}} post no", steps);
-    Add("fix window all ave/time 1 {0} {0} v_p v_h", steps);
-    Add("variable before equal 1\nvariable rest equal 0\nvariable m loop {}\nlabel hold", loops);
-    Add("run {} pre yes post no", steps);
-    Add("variable d1 equal f_window[1]\nvariable d2 equal f_window[2]\nvariable d3 equal step\n"
-        "variable d4 equal c_ke+c_kr\nvariable d5 equal ${{d4}}\nvariable d6 equal v_h\n"
-        "variable d7 equal c_z");
-    Add("variable change equal abs(${{d2}}/${{before}}-1)\nvariable before equal ${{d2}}");
-    Add("variable error equal abs(abs(${{d1}})/{}-1)", servo_.stress);
-    Add("variable quiet equal ${{d5}}/(${{d2}}*{})", energy);
-    Add("print \"PC HOLD step=${{d3}} p=${{d1}} h=${{d2}} ke=${{d5}} z=${{d7}} change=${{change}} "
-        "error=${{error}} quiet=${{quiet}}\"");
-    Add("variable rest equal (${{change}}<{})*(${{error}}<{})*(${{quiet}}<{})", relative_change,
-        hold.stress_tolerance, hold.kinetic_energy_ratio);
-    Add("if \"${{rest}} > 0\" then \"variable m delete\" \"jump SELF held\"");
-    Add("next m\njump SELF hold\nlabel held");
-    Add("write_dump all custom {} {}", DumpFile("hold"), kDumpColumns);
-    Add("variable end_n equal ${{n}}");
-    Add("variable velocity equal (${{d2}}*${{change}})/{}",
-        static_cast<double>(steps) * program_.time_step);
-    Add("print \"PC RESULT rest=${{rest}} n=${{end_n}} step=${{d3}} p=${{d1}} h=${{d6}} ke=${{d5}} "
-        "change=${{change}} quiet=${{quiet}} z=${{d7}} velocity=${{velocity}}\"");
+    Freeze("align", fmt::format("ceil(${{now}}/{0})*{0}-${{now}}", steps));
+    Run("${align}");
+    Add("fix window_{0} all ave/time 1 {1} {1} v_p v_h", stage_, steps);
+    Add("variable before equal 1\nvariable i{0} loop {1}\nlabel hold_{0}", stage_, loops);
+    Freeze("h0", "v_h");
+    Run(fmt::to_string(steps));
+    Freeze("stress", fmt::format("f_window_{}[1]", stage_));
+    Freeze("depth", fmt::format("f_window_{}[2]-({})", stage_, Floor()));
+    Freeze("change", "abs(${depth}/${before}-1)");
+    Add("variable before equal ${{depth}}");
+    Freeze("velocity", fmt::format("(v_h-${{h0}})/{}", duration));
+    Freeze("error", fmt::format("abs(abs(${{stress}})/{}-1)", servo_->stress));
+    Freeze("quiet", fmt::format("${{energy}}/(${{depth}}*{})", ElasticEnergyPerHeight()));
+    Freeze("rest", fmt::format("(${{change}}<{})*(${{error}}<{})*(${{quiet}}<{})",
+                               hold.strain_rate * duration, hold.stress_tolerance,
+                               hold.kinetic_energy_ratio));
+    Add("if \"${{rest}} > 0\" then \"variable i{0} delete\" \"jump SELF held_{0}\"", stage_);
+    Add("next i{0}\njump SELF hold_{0}\nlabel held_{0}\nunfix window_{0}", stage_);
+    EndStage(" p=${stress} velocity=${velocity} change=${change} quiet=${quiet} rest=${rest}");
+  }
+
+  void Write(const Advance& advance) {
+    const bool frames = advance.packing_every > 0;
+    if (frames) {
+      Add("variable next_{} equal step+{}", stage_, advance.packing_every);
+      Add("dump frames_{} all custom 1 {} {}", stage_, FramesFile(program_, stage_), kDumpColumns);
+      Add("dump_modify frames_{0} every v_next_{0} {1}", stage_, kDumpFormat);
+    }
+    Run(fmt::to_string(StepsOf(advance.duration, program_.time_step)));
+    if (frames) Add("undump frames_{}", stage_);
+    EndStage();
+  }
+
+  void Write(const Deform&) {}  // not supported
+
+  // Elastic energy of the bed under the servo's stress, per unit of its height [J/m]: stress times
+  // area over kappa, which is the reciprocal of a relative overlap.
+  double ElasticEnergyPerHeight() const {
+    const Materials& m = program_.materials;
+    const double stress = servo_->stress;
+    const double kappa = program_.law.normal == ContactLaw::Normal::linear
+                             ? m.linear.normal / (stress * particles_.mean_diameter)
+                             : StiffnessNumber(m.young_modulus, m.poisson_ratio, stress);
+    return stress * program_.domain.BaseArea() / kappa;
+  }
+
+  // Where the bed stands [m].
+  double Floor() const {
+    double floor = program_.domain.lower[2];
+    for (const PlaneWall& wall : program_.walls) {
+      if (wall.axis == 2 && wall.facing_positive) floor = std::max(floor, wall.position);
+    }
+    return floor;
+  }
+
+  double Gravity() const {
+    const Vector3& g = program_.gravity;
+    return std::hypot(g[0], g[1], g[2]);
   }
 
   bool IsServo(const std::string& wall) const {
@@ -221,27 +252,30 @@ class DeckWriter {
     });
   }
 
-  double SolidMass() const {
-    return program_.particles.count * program_.materials.density * std::numbers::pi / 6 *
-           program_.particles.sizes.Moment(3);
+  // Index of the first stage that runs.
+  std::size_t FirstRun() const {
+    return std::holds_alternative<Insert>(program_.stages.front()) ? 1 : 0;
   }
 
   const Program& program_;
-  Servo servo_;
+  const ParticleSummary particles_;
+  std::optional<Servo> servo_;
+  std::size_t stage_ = 0;
   std::string text_;
 };
 
 std::string WriteData(const Program& program, const Packing& packing) {
   const Domain& d = program.domain;
-  std::string text = fmt::format("powdercal packing\n\n{} atoms\n2 atom types\n\n", packing.size());
+  std::string text = fmt::format("powdercal packing\n\n{} atoms\n{} atom types\n\n", packing.size(),
+                                 TypeCount(program));
   const char* axes[] = {"x", "y", "z"};
   for (std::size_t i = 0; i < 3; ++i) {
     text += fmt::format("{} {} {}lo {}hi\n", d.lower[i], d.upper[i], axes[i], axes[i]);
   }
   text += "\nAtoms\n\n";
   for (const Sphere& s : packing) {
-    text += fmt::format("{} 1 {} {} {} {} {}\n", s.id, 2 * s.radius, program.materials.density,
-                        s.position[0], s.position[1], s.position[2]);
+    text += fmt::format("{} {} {} {} {} {} {}\n", s.id, kParticleType, 2 * s.radius,
+                        program.materials.density, s.position[0], s.position[1], s.position[2]);
   }
   text += "\nVelocities\n\n";
   for (const Sphere& s : packing) {
@@ -251,64 +285,41 @@ std::string WriteData(const Program& program, const Packing& packing) {
   return text;
 }
 
-// The unit square at z = 0, facing down.
-std::string WriteMesh() {
-  const auto facet = [](const char* a, const char* b, const char* c) {
+// A rectangle at z = 0 with one corner at the origin, facing down.
+std::string WriteMesh(double x, double y) {
+  using Corner = std::array<double, 2>;
+  const auto facet = [](Corner a, Corner b, Corner c) {
     return fmt::format(
-        "facet normal 0 0 -1\nouter loop\nvertex {}\nvertex {}\nvertex {}\n"
+        "facet normal 0 0 -1\nouter loop\nvertex {} {} 0\nvertex {} {} 0\nvertex {} {} 0\n"
         "endloop\nendfacet\n",
-        a, b, c);
+        a[0], a[1], b[0], b[1], c[0], c[1]);
   };
-  return "solid lid\n" + facet("0 0 0", "1 1 0", "1 0 0") + facet("0 0 0", "0 1 0", "1 1 0") +
+  return "solid lid\n" + facet({0, 0}, {x, y}, {x, 0}) + facet({0, 0}, {0, y}, {x, y}) +
          "endsolid lid\n";
 }
 
 }  // namespace
 
-std::string PairStyle(const ContactLaw& law) {
-  return fmt::format("gran model {} {}", ModelWords(law), ModelOptions(law));
+std::string DumpFile(const Program& program, std::size_t stage) {
+  return fmt::format("{}-{}.dump", stage, StageName(program.stages[stage]));
 }
 
-std::string DumpFile(const std::string& moment) { return moment + ".dump"; }
-
-std::string ExplainUnsupported(const Program& program) {
-  const ContactLaw& law = program.law;
-  if (law.normal != ContactLaw::Normal::hertz) {
-    return "the linear normal law is not offered through LIGGGHTS yet; use hertz";
-  }
-  if (law.cohesion == ContactLaw::Cohesion::dmt) {
-    return "LIGGGHTS has no DMT adhesion; use cohesion: sjkr2 or none";
-  }
-  if (law.tangential == ContactLaw::Tangential::history &&
-      law.shear_update == ContactLaw::ShearUpdate::incremental) {
-    return "LIGGGHTS stores the tangential displacement, not the force; use shear_update: "
-           "displacement";
-  }
-  const Domain& d = program.domain;
-  const std::array<Boundary, 3> wanted{Boundary::periodic, Boundary::periodic, Boundary::open};
-  if (d.boundaries != wanted) return "only domains that are periodic in x and y and open in z";
-  if (d.Lengths()[0] != d.Lengths()[1]) return "only square cells";
-  if (!program.meshes.empty() || !program.groups.empty()) return "no meshes or glued groups";
-  if (!program.particles.contacts.empty()) return "LIGGGHTS cannot be handed a contact history";
-  const auto plain = [](const PlaneWall& wall) { return wall.axis == 2 && !wall.frictionless; };
-  if (!std::all_of(program.walls.begin(), program.walls.end(), plain)) {
-    return "only planes perpendicular to z, with friction";
-  }
-  static constexpr std::array<std::size_t, 4> kOrder = {0, 1, 2, 3};  // Insert, Settle, Servo, Hold
-  const bool known =
-      std::equal(program.stages.begin(), program.stages.end(), kOrder.begin(), kOrder.end(),
-                 [](const Stage& stage, std::size_t index) { return stage.index() == index; });
-  if (!known) return "only the stages insert, settle, servo, hold, in this order";
-  return "";
+std::string FramesFile(const Program& program, std::size_t stage) {
+  return fmt::format("{}-{}-frames.dump", stage, StageName(program.stages[stage]));
 }
 
 Input WriteInput(const Program& program) {
-  const Insert& insert = std::get<Insert>(program.stages.front());
-  const Packing packing = PlaceParticles(program.particles, program.domain, insert);
-  return {.deck = DeckWriter(program).Write(),
-          .data = WriteData(program, packing),
-          .mesh = WriteMesh(),
-          .particle_count = static_cast<int>(packing.size())};
+  const Insert* insert = std::get_if<Insert>(&program.stages.front());
+  const Packing packing =
+      PlaceParticles(program.particles, program.domain, insert != nullptr ? *insert : Insert{});
+  Input input{.deck = DeckWriter(program, Summarise(program.particles)).Write(),
+              .data = WriteData(program, packing),
+              .particle_count = static_cast<int>(packing.size())};
+  const bool servo =
+      std::any_of(program.stages.begin(), program.stages.end(),
+                  [](const Stage& stage) { return std::holds_alternative<Servo>(stage); });
+  if (servo) input.mesh = WriteMesh(program.domain.Lengths()[0], program.domain.Lengths()[1]);
+  return input;
 }
 
 }  // namespace powdercal::liggghts

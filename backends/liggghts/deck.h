@@ -12,17 +12,26 @@ inline constexpr const char* kDataFile = "packing.data";
 inline constexpr const char* kMeshFile = "wall.stl";
 inline constexpr const char* kScreenFile = "screen.txt";
 inline constexpr const char* kSeriesFile = "series.txt";
-/// Packing at the end of a stage: "settle.dump", "hold.dump".
-std::string DumpFile(const std::string& moment);
+/// Packing at the end of a stage of Program::stages: "1-settle.dump".
+std::string DumpFile(const Program& program, std::size_t stage);
+/// Packings on the way through an Advance: "2-advance-frames.dump".
+std::string FramesFile(const Program& program, std::size_t stage);
 
-/// The contact law in LIGGGHTS' own words: "gran model hertz tangential history …".
-std::string PairStyle(const ContactLaw& law);
+// What the deck prints, one a line: "PC KIND key=value …". Steps count from the beginning of the
+// program.
+//   START n               particles, before the first step
+//   CHECK stage step ke   in the loops of Settle, Servo and Hold
+//   END stage step n ke z, from the servo on h, rise; of Hold also p, velocity, change, quiet, rest
+// `ke` kinetic energy [J], `z` coordination number, `h` the servo's height [m] and `rise` its way
+// from where it was put, `p` its mean stress over the last window [Pa, tensile], `velocity` [m/s]
+// its mean over the same, `change` that of its mean height above the floor relative to the window
+// before, `quiet` kinetic to elastic energy, `rest` 1 where the criteria of Hold are met.
 
 /// Everything LIGGGHTS reads, as text.
 struct Input {
   std::string deck;
   std::string data;
-  std::string mesh;
+  std::string mesh;  ///< "" where the program has no servo
   int particle_count = 0;
 };
 

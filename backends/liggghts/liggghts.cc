@@ -92,7 +92,7 @@ class LiggghtsBackend final : public Backend {
     fs::create_directories(folder);
     WriteFile(folder / liggghts::kDeckFile, input.deck);
     WriteFile(folder / liggghts::kDataFile, input.data);
-    WriteFile(folder / liggghts::kMeshFile, input.mesh);
+    if (!input.mesh.empty()) WriteFile(folder / liggghts::kMeshFile, input.mesh);
     // "-screen none" crashes with a mesh: always to a file.
     const ProcessResult process =
         RunProcess({.arguments = {kProgram, "-in", liggghts::kDeckFile, "-log", "none", "-screen",

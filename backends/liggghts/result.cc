@@ -6,11 +6,12 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
-#include <numbers>
 #include <sstream>
 #include <stdexcept>
 
 #include "backends/liggghts/deck.h"
+#include "backends/liggghts/deck_model.h"
+#include "backends/particle_summary.h"
 #include "core/errors.h"
 #include "core/files.h"
 
@@ -54,29 +55,38 @@ std::string ErrorLine(const std::string& text) {
   return "";
 }
 
-double SmallestRadius(const Program& program) { return program.particles.sizes.Quantile(0) / 2; }
-
-Outcome LostAtoms(const Program& program, const std::vector<Record>& records, int particle_count) {
+Outcome LostAtoms(const Program& program, const std::vector<Record>& records) {
   const Materials& m = program.materials;
-  const double fraction = program.time_step / RayleighTime(SmallestRadius(program), m.density,
-                                                           m.young_modulus, m.poisson_ratio);
-  std::string seen = fmt::format(
-      "LIGGGHTS lost particles; time step {:.3g} s is {:.2f} of the Rayleigh time of the smallest "
-      "particle",
-      program.time_step, fraction);
-  double speed = 0;
-  if (!records.empty() && records.back().values.contains("ke")) {
-    const double mass =
-        particle_count * m.density * std::numbers::pi / 6 * program.particles.sizes.Moment(3);
-    speed = std::sqrt(2 * records.back().values.at("ke") / mass);
-    seen += fmt::format("; speed at the last check {:.3g} m/s", speed);
+  const ParticleSummary particles = Summarise(program.particles);
+  std::string seen = "LIGGGHTS lost particles";
+  bool unstable = false;
+  if (program.law.normal == ContactLaw::Normal::hertz) {
+    const double fraction =
+        program.time_step /
+        RayleighTime(particles.smallest_diameter / 2, m.density, m.young_modulus, m.poisson_ratio);
+    seen +=
+        fmt::format("; time step {:.3g} s is {:.2f} of the Rayleigh time of the smallest particle",
+                    program.time_step, fraction);
+    unstable = fraction > kUnstableRayleigh;
   }
-  const bool unstable = fraction > kUnstableRayleigh || speed > kFast;
+  if (!records.empty() && records.back().values.contains("ke")) {
+    const double speed = std::sqrt(2 * records.back().values.at("ke") / particles.Mass(m.density));
+    seen += fmt::format("; speed at the last check {:.3g} m/s", speed);
+    unstable = unstable || speed > kFast;
+  }
   return {unstable ? Reason::unstable : Reason::lost_particles, seen};
 }
 
+// The record END of a stage; null if the run did not come that far.
+const Record* EndOf(const std::vector<Record>& records, std::size_t stage) {
+  const auto found = std::find_if(records.begin(), records.end(), [&](const Record& record) {
+    return record.kind == "END" && Value(record, "stage") == static_cast<double>(stage);
+  });
+  return found == records.end() ? nullptr : &*found;
+}
+
 // Failures that show before the result is looked at.
-Outcome ProcessOutcome(const Program& program, int particle_count, const ProcessResult& process,
+Outcome ProcessOutcome(const Program& program, const ProcessResult& process,
                        const std::string& screen, const std::vector<Record>& records) {
   if (process.end == ProcessResult::End::cancelled)
     return {Reason::cancelled, "stopped on request"};
@@ -87,7 +97,7 @@ Outcome ProcessOutcome(const Program& program, int particle_count, const Process
   }
   if (screen.find("Lost atoms") != std::string::npos ||
       process.output.find("Lost atoms") != std::string::npos) {
-    return LostAtoms(program, records, particle_count);
+    return LostAtoms(program, records);
   }
   const std::string error = ErrorLine(screen + "\n" + process.output);
   if (!process.succeeded() || !error.empty()) {
@@ -96,37 +106,55 @@ Outcome ProcessOutcome(const Program& program, int particle_count, const Process
     return {refused ? Reason::invalid_input : Reason::crashed,
             fmt::format("LIGGGHTS {}{}{}", process.Describe(), error.empty() ? "" : ": ", error)};
   }
-  if (Last(records, "RESULT") == nullptr) {
+  if (EndOf(records, program.stages.size() - 1) == nullptr) {
     return {Reason::crashed, "LIGGGHTS ended without leaving a result"};
   }
   return {};
 }
 
-Outcome ResultOutcome(const Program& program, const Record& result, int particle_count) {
-  const int lost = particle_count - static_cast<int>(Value(result, "n"));
-  if (lost != 0) {
-    return {Reason::lost_particles, fmt::format("{} of {} particles lost", lost, particle_count)};
+const Servo* FindServo(const Program& program) {
+  for (const Stage& stage : program.stages) {
+    if (const auto* servo = std::get_if<Servo>(&stage)) return servo;
   }
-  const Servo& servo = std::get<Servo>(program.stages[2]);
-  const double stress = std::abs(Value(result, "p"));
+  return nullptr;
+}
+
+Outcome HoldOutcome(const Hold& hold, const Servo& servo, const Record& end) {
+  const double stress = std::abs(Value(end, "p"));
   if (std::abs(stress / servo.stress - 1) > kStressTolerance) {
     return {Reason::not_quasi_static,
             fmt::format("the wall bears {:.4g} Pa instead of {:.4g} Pa", stress, servo.stress)};
   }
-  if (Value(result, "rest") == 0) {
-    const Hold& hold = std::get<Hold>(program.stages[3]);
+  if (Value(end, "rest") == 0) {
     return {Reason::not_quasi_static,
             fmt::format("the bed still moves after {:.3g} s under load: stress {:.4g} Pa, relative "
                         "change of height {:.2g} in {:.2g} s, kinetic to elastic energy {:.2g}",
-                        hold.max_duration, stress, Value(result, "change"), hold.window,
-                        Value(result, "quiet"))};
+                        hold.max_duration, stress, Value(end, "change"), hold.window,
+                        Value(end, "quiet"))};
   }
   return {};
 }
 
-WallSeries ReadSeries(const std::filesystem::path& file, const Program& program) {
+Outcome ResultOutcome(const Program& program, const std::vector<Record>& records,
+                      int particle_count) {
+  const Record& last = *EndOf(records, program.stages.size() - 1);
+  const int lost = particle_count - static_cast<int>(Value(last, "n"));
+  if (lost != 0) {
+    return {Reason::lost_particles, fmt::format("{} of {} particles lost", lost, particle_count)};
+  }
+  for (std::size_t i = 0; i < program.stages.size(); ++i) {
+    const auto* hold = std::get_if<Hold>(&program.stages[i]);
+    if (hold == nullptr) continue;
+    const Outcome outcome = HoldOutcome(*hold, *FindServo(program), *EndOf(records, i));
+    if (!outcome.ok()) return outcome;
+  }
+  return {};
+}
+
+WallSeries ReadSeries(const std::filesystem::path& file, const Program& program,
+                      const Servo& servo) {
   const double area = program.domain.BaseArea();
-  WallSeries series{.wall = std::get<Servo>(program.stages[2]).wall};
+  WallSeries series{.wall = servo.wall};
   std::ifstream stream(file);
   for (std::string line; std::getline(stream, line);) {
     if (line.empty() || line[0] == '#') continue;
@@ -142,23 +170,103 @@ WallSeries ReadSeries(const std::filesystem::path& file, const Program& program)
   return series;
 }
 
+// The servo's wall at the end of a stage: means over the last window of Hold, else of the series.
+WallState ServoState(const Program& program, const Record& end, const WallSeries& series) {
+  WallState state{.height = Value(end, "h"), .displacement = {0, 0, Value(end, "rise")}};
+  if (end.values.contains("p")) {
+    state.force[2] = -Value(end, "p") * program.domain.BaseArea();
+    state.velocity = Value(end, "velocity");
+    return state;
+  }
+  const double now = (Value(end, "step") + 0.5) * program.time_step;
+  const auto next = std::upper_bound(series.time.begin(), series.time.end(), now);
+  const auto count = static_cast<std::size_t>(next - series.time.begin());
+  if (count > 0) state.force[2] = series.normal_force[count - 1];
+  if (count > 1) {
+    state.velocity = (series.height[count - 1] - series.height[count - 2]) /
+                     (series.time[count - 1] - series.time[count - 2]);
+  }
+  return state;
+}
+
+// Into the domain along its periodic axes: LIGGGHTS wraps particles only when it sorts them.
+void Wrap(const Domain& domain, Packing& packing) {
+  const Vector3 lengths = domain.Lengths();
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (domain.boundaries[axis] != Boundary::periodic) continue;
+    for (Sphere& sphere : packing) {
+      double& x = sphere.position[axis];
+      if (x < domain.lower[axis]) x += lengths[axis];
+      if (x >= domain.upper[axis]) x -= lengths[axis];
+    }
+  }
+}
+
+class MomentReader {
+ public:
+  MomentReader(const Program& program, const std::filesystem::path& folder, Trace& trace)
+      : program_(program), folder_(folder), trace_(trace) {
+    for (const PlaneWall& wall : program.walls) planes_[wall.name].height = wall.position;
+    // The servo's wall is nowhere until the servo begins.
+    if (const Servo* servo = FindServo(program)) planes_.erase(servo->wall);
+  }
+
+  void Read(std::size_t stage, const Record& end) {
+    const Stage& what = program_.stages[stage];
+    const double end_step = Value(end, "step");
+    const auto* advance = std::get_if<Advance>(&what);
+    if (advance != nullptr && advance->packing_every > 0) {
+      for (Frame& frame : ReadDump(folder_ / FramesFile(program_, stage))) {
+        if (static_cast<double>(frame.step) < end_step) Append(what, std::move(frame));
+      }
+    }
+    std::vector<Frame> frames = ReadDump(folder_ / DumpFile(program_, stage));
+    if (frames.size() != 1) throw std::runtime_error("a dump holds more than one packing");
+    Append(what, std::move(frames.front()));
+    const Servo* servo = FindServo(program_);
+    if (end.values.contains("h")) {
+      trace_.moments.back().walls[servo->wall] = ServoState(program_, end, trace_.series.front());
+    }
+  }
+
+ private:
+  void Append(const Stage& stage, Frame frame) {
+    Wrap(program_.domain, frame.packing);
+    trace_.moments.push_back({.name = MomentName(stage),
+                              .time = static_cast<double>(frame.step) * program_.time_step,
+                              .packing = std::move(frame.packing),
+                              .walls = planes_});
+  }
+
+  const Program& program_;
+  const std::filesystem::path& folder_;
+  Trace& trace_;
+  std::map<std::string, WallState> planes_;
+};
+
 void ReadMoments(const Program& program, const std::filesystem::path& folder,
                  const std::vector<Record>& records, Trace& trace) {
-  for (const char* name : {"settle", "hold"}) {
-    Moment moment{.name = name, .packing = ReadDump(folder / DumpFile(name))};
-    const Record* record = Last(records, std::string(name) == "hold" ? "RESULT" : "SETTLE");
-    moment.time = Value(*record, "step") * program.time_step;
-    for (const PlaneWall& wall : program.walls) moment.walls[wall.name].height = wall.position;
-    const Servo& servo = std::get<Servo>(program.stages[2]);
-    if (record->kind == "RESULT") {
-      WallState& state = moment.walls[servo.wall];
-      state.height = Value(*record, "h");
-      state.force[2] = -Value(*record, "p") * program.domain.BaseArea();
-      state.velocity = Value(*record, "velocity");
-    } else {
-      moment.walls.erase(servo.wall);
-    }
-    trace.moments.push_back(std::move(moment));
+  if (const Servo* servo = FindServo(program)) {
+    trace.series.push_back(ReadSeries(folder / kSeriesFile, program, *servo));
+  }
+  MomentReader reader(program, folder, trace);
+  for (std::size_t i = 0; i < program.stages.size(); ++i) {
+    if (std::holds_alternative<Insert>(program.stages[i])) continue;
+    const Record* end = EndOf(records, i);
+    if (end == nullptr) throw std::runtime_error(fmt::format("stage {} did not end", i));
+    reader.Read(i, *end);
+  }
+}
+
+void ReadSpheres(std::istream& stream, Frame& frame) {
+  frame.packing.reserve(frame.particle_count);
+  Sphere s;
+  int type = 0;
+  while (frame.packing.size() < frame.particle_count &&
+         stream >> s.id >> type >> s.position[0] >> s.position[1] >> s.position[2] >> s.radius >>
+             s.velocity[0] >> s.velocity[1] >> s.velocity[2] >> s.spin[0] >> s.spin[1] >>
+             s.spin[2]) {
+    frame.packing.push_back(s);
   }
 }
 
@@ -185,27 +293,25 @@ std::vector<Record> ReadRecords(const std::string& screen) {
   return records;
 }
 
-Packing ReadDump(const std::filesystem::path& file) {
+std::vector<Frame> ReadDump(const std::filesystem::path& file) {
   std::ifstream stream(file);
   if (!stream) throw std::runtime_error(fmt::format("no file {}", file.filename().string()));
-  std::string line;
-  std::size_t count = 0;
-  while (std::getline(stream, line) && !line.starts_with("ITEM: ATOMS")) {
-    if (line.starts_with("ITEM: NUMBER OF ATOMS")) stream >> count;
+  std::vector<Frame> frames;
+  for (std::string line; std::getline(stream, line);) {
+    if (line.starts_with("ITEM: TIMESTEP")) {
+      stream >> frames.emplace_back().step;
+    } else if (line.starts_with("ITEM: NUMBER OF ATOMS") && !frames.empty()) {
+      stream >> frames.back().particle_count;
+    } else if (line.starts_with("ITEM: ATOMS") && !frames.empty()) {
+      ReadSpheres(stream, frames.back());
+    }
   }
-  Packing packing;
-  packing.reserve(count);
-  Sphere s;
-  int type = 0;
-  while (stream >> s.id >> type >> s.position[0] >> s.position[1] >> s.position[2] >> s.radius >>
-         s.velocity[0] >> s.velocity[1] >> s.velocity[2] >> s.spin[0] >> s.spin[1] >> s.spin[2]) {
-    packing.push_back(s);
-  }
-  if (packing.empty() || packing.size() != count) {
-    throw std::runtime_error(fmt::format("{} holds {} of {} particles", file.filename().string(),
-                                         packing.size(), count));
-  }
-  return packing;
+  const bool whole =
+      !frames.empty() && std::all_of(frames.begin(), frames.end(), [](const Frame& f) {
+        return f.particle_count > 0 && f.packing.size() == f.particle_count;
+      });
+  if (!whole) throw std::runtime_error(fmt::format("{} is damaged", file.filename().string()));
+  return frames;
 }
 
 Trace ReadTrace(const Program& program, int particle_count, const std::filesystem::path& folder,
@@ -219,16 +325,15 @@ Trace ReadTrace(const Program& program, int particle_count, const std::filesyste
   if (!records.empty() && records.back().values.contains("step")) {
     trace.diagnostics.steps = static_cast<std::int64_t>(records.back().values.at("step"));
   }
-  trace.outcome = ProcessOutcome(program, particle_count, process, screen, records);
+  trace.outcome = ProcessOutcome(program, process, screen, records);
   if (!trace.outcome.ok()) return trace;
   try {
-    const Record& result = *Last(records, "RESULT");
-    trace.diagnostics.lost_particles = particle_count - static_cast<int>(Value(result, "n"));
-    trace.diagnostics.kinetic_energy = Value(result, "ke");
-    trace.diagnostics.kinetic_energy_ratio = Value(result, "quiet");
-    trace.series.push_back(ReadSeries(folder / kSeriesFile, program));
+    const Record& end = *EndOf(records, program.stages.size() - 1);
+    trace.diagnostics.lost_particles = particle_count - static_cast<int>(Value(end, "n"));
+    trace.diagnostics.kinetic_energy = Value(end, "ke");
+    if (end.values.contains("quiet")) trace.diagnostics.kinetic_energy_ratio = Value(end, "quiet");
     ReadMoments(program, folder, records, trace);
-    trace.outcome = ResultOutcome(program, result, particle_count);
+    trace.outcome = ResultOutcome(program, records, particle_count);
   } catch (const std::exception& error) {
     trace.outcome = {Reason::crashed, fmt::format("the result cannot be read: {}", error.what())};
   }

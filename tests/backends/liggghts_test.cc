@@ -8,6 +8,7 @@
 
 #include "backends/liggghts/deck.h"
 #include "backends/liggghts/result.h"
+#include "core/random.h"
 #include "tests/support/program.h"
 #include "tests/support/simulators.h"
 
@@ -16,6 +17,7 @@
 namespace powdercal {
 namespace {
 
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 Program SmallConsolidation() {
@@ -188,19 +190,217 @@ TEST(Liggghts, TooFullASlabIsInvalidInput) {
   EXPECT_THAT(trace.outcome.message, HasSubstr("solid fraction"));
 }
 
-TEST(LiggghtsUnsupported, IsExplained) {
-  const auto backend = MakeLiggghtsBackend();
+// Spheres of one size in a jittered lattice with gaps, as wide as a box of 5 by 4 diameters.
+Packing Lattice(double d, const Vector3& origin) {
+  RandomStream random(7);
+  Packing packing;
+  for (int z = 0; z < 8; ++z) {
+    for (int y = 0; y < 3; ++y) {
+      for (int x = 0; x < 4; ++x) {
+        const auto along = [&](int i) { return (0.6 + 1.25 * i + 0.2 * random.Uniform()) * d; };
+        const Vector3 at = {origin[0] + along(x), origin[1] + along(y), origin[2] + along(z)};
+        packing.push_back({static_cast<std::int64_t>(packing.size()) + 1, d / 2, at, {}, {}});
+      }
+    }
+  }
+  return packing;
+}
+
+// An explicit packing in an open box of six planes, far from the origin; loaded by the servo.
+Program SixWalls() {
+  const double d = 29e-6;
+  const Vector3 lower = {-4e-4, 3e-4, -9e-4};
+  const Vector3 upper = {lower[0] + 5 * d, lower[1] + 4 * d, lower[2] + 11 * d};
   Program program = SmallConsolidation();
-  EXPECT_EQ(backend->ExplainUnsupported(program), "");
-  program.law.cohesion = ContactLaw::Cohesion::dmt;
-  EXPECT_THAT(backend->ExplainUnsupported(program), HasSubstr("DMT"));
-  EXPECT_EQ(Simulate(program, {}).outcome.reason, Reason::unsupported);
-  program = SmallConsolidation();
-  program.law.shear_update = ContactLaw::ShearUpdate::incremental;
-  EXPECT_THAT(backend->ExplainUnsupported(program), HasSubstr("displacement"));
-  program = SmallConsolidation();
-  program.stages.pop_back();
-  EXPECT_THAT(backend->ExplainUnsupported(program), HasSubstr("stages"));
+  program.particles = {.packing = Lattice(d, lower)};
+  program.materials.particle_wall.cohesion_energy_density = 0;
+  program.domain = {lower, upper, {Boundary::open, Boundary::open, Boundary::open}};
+  program.walls.clear();
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::string name = std::string(1, "xyz"[axis]);
+    program.walls.push_back(
+        {.name = name + "-", .axis = axis, .position = lower[axis], .frictionless = axis < 2});
+    program.walls.push_back({.name = name + "+",
+                             .axis = axis,
+                             .position = upper[axis],
+                             .facing_positive = false,
+                             .frictionless = axis < 2});
+  }
+  program.time_step = 0.2 * RayleighTime(d / 2, 8220, 5e6, 0.3);
+  ServoOf(program).wall = "z+";
+  return program;
+}
+
+TEST(Liggghts, ExplicitPackingInABoxOfSixWalls) {
+  for (const Boundary x : {Boundary::open, Boundary::periodic}) {
+    const TemporaryFolder folder;
+    Program program = SixWalls();
+    program.domain.boundaries[0] = x;
+    if (x == Boundary::periodic) {
+      std::erase_if(program.walls, [](const PlaneWall& wall) { return wall.axis == 0; });
+      // The servo needs nothing before it.
+      program.stages.erase(program.stages.begin(), program.stages.begin() + 2);
+    }
+    const Trace trace = Simulate(program, {.work_folder = folder / "run"});
+    ASSERT_TRUE(trace.outcome.ok()) << trace.outcome.message;
+    const Moment& hold = *trace.Find("hold");
+    ASSERT_EQ(hold.packing.size(), 96u);
+    const WallState& lid = hold.walls.at("z+");
+    EXPECT_NEAR(lid.force[2] / program.domain.BaseArea(), 900, 18);
+    EXPECT_LT(lid.height, program.domain.upper[2]);
+    EXPECT_LT(lid.displacement[2], 0);
+    EXPECT_GT(trace.diagnostics.kinetic_energy_ratio, 0);
+    for (const Sphere& sphere : hold.packing) {
+      for (const int axis : {0, 1}) {
+        const double margin = program.domain.boundaries[axis] == Boundary::open ? 1.2e-5 : 0;
+        EXPECT_GE(sphere.position[axis], program.domain.lower[axis] + margin);
+        EXPECT_LE(sphere.position[axis], program.domain.upper[axis] - margin);
+      }
+    }
+  }
+}
+
+// Stages of a kind more than once, and in another order than a consolidation's.
+TEST(Liggghts, StagesInManyOrders) {
+  const TemporaryFolder folder;
+  Program program = SixWalls();
+  const Settle settle = {.kinetic_energy_ratio = 0.18,
+                         .check_interval = 2.7e-4,
+                         .min_duration = 5e-4,
+                         .max_duration = 2e-3};
+  const Servo servo = ServoOf(program);
+  const Hold hold = std::get<Hold>(program.stages[3]);
+  const double step = program.time_step;
+  program.stages = {Advance{.name = "first", .duration = 10 * step},
+                    settle,
+                    settle,
+                    servo,
+                    Advance{.name = "under load", .duration = 250 * step, .packing_every = 100},
+                    hold,
+                    settle,
+                    hold};
+  const Trace trace = Simulate(program, {.work_folder = folder / "run"});
+  ASSERT_TRUE(trace.outcome.ok()) << trace.outcome.message;
+  std::vector<std::string> names;
+  for (const Moment& moment : trace.moments) names.push_back(moment.name);
+  EXPECT_THAT(names, ElementsAre("first", "settle", "settle", "servo", "under load", "under load",
+                                 "under load", "hold", "settle", "hold"));
+  for (std::size_t i = 1; i < trace.moments.size(); ++i) {
+    EXPECT_GT(trace.moments[i].time, trace.moments[i - 1].time) << i;
+  }
+  EXPECT_NEAR(trace.moments[0].time, 10 * step, 1e-3 * step);
+  EXPECT_NEAR(trace.moments[4].time - trace.moments[3].time, 100 * step, 1e-3 * step);
+  EXPECT_NEAR(trace.moments[6].time - trace.moments[3].time, 250 * step, 1e-3 * step);
+  EXPECT_FALSE(trace.moments[2].walls.contains("z+")) << "not there yet";
+  EXPECT_EQ(trace.moments[2].walls.at("x-").height, -4e-4);
+  for (const std::size_t loaded : {3, 6, 7, 8, 9}) {
+    const WallState& lid = trace.moments[loaded].walls.at("z+");
+    EXPECT_GT(lid.force[2], 0) << loaded;
+    EXPECT_LT(lid.displacement[2], 0) << loaded;
+  }
+  EXPECT_NEAR(trace.moments[9].walls.at("z+").force[2] / program.domain.BaseArea(), 900, 18);
+}
+
+TEST(Liggghts, PackingsOnTheWayAreThoseOfShorterRuns) {
+  const TemporaryFolder folder;
+  Program program = SixWalls();
+  for (Sphere& sphere : *program.particles.packing) {
+    sphere.velocity = {0.1 * std::sin(7.0 * static_cast<double>(sphere.id)), 0.05, -0.1};
+  }
+  const double step = program.time_step;
+  program.stages = {Advance{.name = "fly", .duration = 300 * step, .packing_every = 75}};
+  const Trace whole = Simulate(program, {.work_folder = folder / "whole"});
+  ASSERT_EQ(whole.moments.size(), 4u) << whole.outcome.message;
+  program.stages = {Advance{.name = "fly", .duration = 150 * step}};
+  const Trace half = Simulate(program, {.work_folder = folder / "half"});
+  ASSERT_EQ(half.moments.size(), 1u) << half.outcome.message;
+  EXPECT_EQ(whole.moments[1].time, half.moments[0].time);
+  for (std::size_t i = 0; i < half.moments[0].packing.size(); ++i) {
+    EXPECT_EQ(whole.moments[1].packing[i].position, half.moments[0].packing[i].position);
+    EXPECT_EQ(whole.moments[1].packing[i].spin, half.moments[0].packing[i].spin);
+  }
+}
+
+class LiggghtsUnsupported : public ::testing::Test {
+ protected:
+  std::string Reason() const { return MakeLiggghtsBackend()->ExplainUnsupported(program_); }
+  Program program_ = SmallConsolidation();
+};
+
+TEST_F(LiggghtsUnsupported, OtherProgramsAreNot) {
+  EXPECT_EQ(Reason(), "");
+  program_ = SixWalls();
+  EXPECT_EQ(Reason(), "");
+  program_.stages = {Advance{.duration = 1e-3}};
+  EXPECT_EQ(Reason(), "") << "an explicit packing needs no insertion";
+}
+
+TEST_F(LiggghtsUnsupported, RunSaysSo) {
+  program_.law.shear_update = ContactLaw::ShearUpdate::incremental;
+  EXPECT_EQ(Simulate(program_, {}).outcome.reason, Reason::unsupported);
+}
+
+TEST_F(LiggghtsUnsupported, LawsThatItHasNot) {
+  program_.law.shear_update = ContactLaw::ShearUpdate::incremental;
+  EXPECT_THAT(Reason(), HasSubstr("displacement"));
+  program_.law.tangential = ContactLaw::Tangential::no_history;
+  EXPECT_EQ(Reason(), "") << "nothing to update";
+  program_.materials.particle_wall.restitution = 0.05;
+  EXPECT_THAT(Reason(), HasSubstr("above 0.05"));
+  program_.law.normal = ContactLaw::Normal::linear;
+  EXPECT_EQ(Reason(), "") << "the linear law looks at no restitution";
+}
+
+TEST_F(LiggghtsUnsupported, DmtBeyondEqualSpheresAndDryWalls) {
+  program_.law.cohesion = ContactLaw::Cohesion::dmt;
+  EXPECT_THAT(Reason(), HasSubstr("one size"));
+  program_.particles.sizes = {SizeDistribution::Kind::monodisperse, 29e-6};
+  EXPECT_EQ(Reason(), "");
+  program_.materials.particle_wall.surface_energy = 1e-4;
+  EXPECT_THAT(Reason(), HasSubstr("at walls"));
+  for (PlaneWall& wall : program_.walls) wall.frictionless = true;
+  EXPECT_EQ(Reason(), "") << "frictionless walls do not stick";
+  program_.particles.packing = {{1, 1e-5, {}, {}, {}}, {2, 2e-5, {}, {}, {}}};
+  EXPECT_THAT(Reason(), HasSubstr("one size"));
+}
+
+TEST_F(LiggghtsUnsupported, DomainsAndBodies) {
+  program_.domain.boundaries[1] = Boundary::outflow;
+  EXPECT_THAT(Reason(), HasSubstr("across y let particles leave"));
+  program_.domain.boundaries[1] = Boundary::periodic;
+  program_.domain.upper[0] = 7e-5;
+  EXPECT_THAT(Reason(), HasSubstr("less than two particles wide"));
+  program_ = SmallConsolidation();
+  program_.walls.push_back({.name = "side", .axis = 0});
+  EXPECT_THAT(Reason(), AllOf(HasSubstr("'side'"), HasSubstr("periodic")));
+  program_ = SmallConsolidation();
+  program_.meshes = {{.name = "blade"}};
+  EXPECT_THAT(Reason(), HasSubstr("meshes"));
+  program_ = SmallConsolidation();
+  program_.groups = {{.name = "base"}};
+  EXPECT_THAT(Reason(), HasSubstr("glued groups"));
+  program_ = SixWalls();
+  program_.particles.contacts = {{1, 2, {}, {}}};
+  EXPECT_THAT(Reason(), HasSubstr("contact history"));
+}
+
+TEST_F(LiggghtsUnsupported, Stages) {
+  const std::vector<Stage> stages = program_.stages;
+  const auto reason_of = [&](std::vector<Stage> other) {
+    program_.stages = std::move(other);
+    return Reason();
+  };
+  EXPECT_THAT(reason_of({stages[1]}), HasSubstr("begin with insert"));
+  EXPECT_THAT(reason_of({stages[0]}), HasSubstr("no stage beyond insert"));
+  EXPECT_THAT(reason_of({stages[0], stages[1], stages[0]}), HasSubstr("beginning only"));
+  EXPECT_THAT(reason_of({stages[0], stages[3]}),
+              AllOf(HasSubstr("stage 1 (hold)"), HasSubstr("no servo before it")));
+  EXPECT_THAT(reason_of({stages[0], stages[2], stages[2]}), HasSubstr("only one servo"));
+  EXPECT_THAT(reason_of({stages[0], Servo{.wall = "top"}}), HasSubstr("no wall 'top'"));
+  EXPECT_THAT(reason_of({stages[0], Servo{.wall = "floor"}}), HasSubstr("has to face down"));
+  EXPECT_THAT(reason_of({stages[0], Advance{.motions = {{.body = "lid"}}}}),
+              HasSubstr("moving bodies"));
+  EXPECT_THAT(reason_of({stages[0], Deform{}}), HasSubstr("Lees-Edwards"));
 }
 
 TEST(LiggghtsAvailability, AbsentFromPath) {
@@ -236,14 +436,15 @@ TEST_F(LiggghtsResult, ErrorBeforeTheFirstStepIsInvalidInput) {
 
 TEST_F(LiggghtsResult, LostAtomsAtAGoodTimeStepAreLostParticles) {
   const Trace trace = Read(
-      "PC START n=100\nPC HOLD step=100 ke=1e-16\nERROR: Lost atoms: original 100 current 99\n",
+      "PC START n=100\nPC CHECK stage=1 step=100 ke=1e-16\nERROR: Lost atoms: original 100 current "
+      "99\n",
       {.end = ProcessResult::End::exited, .exit_status = 1});
   EXPECT_EQ(trace.outcome.reason, Reason::lost_particles);
 }
 
 TEST_F(LiggghtsResult, RecordsSkipTheEchoOfTheCommand) {
   const auto records = liggghts::ReadRecords(
-      "print \"PC HOLD step=${d3}\"\nPC HOLD step=12 p=-9.5e2\n\xff\xfe junk\n");
+      "print \"PC END step=${now}\"\nPC END step=12 p=-9.5e2\n\xff\xfe junk\n");
   ASSERT_EQ(records.size(), 1u);
   EXPECT_EQ(records[0].values.at("step"), 12);
   EXPECT_EQ(records[0].values.at("p"), -950);
