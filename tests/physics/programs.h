@@ -103,10 +103,10 @@ inline Program OnFloor(const ContactParameters& contact, double slope = 0) {
   return program;
 }
 
-inline Trace Run(const Program& program) { return MakeBackend("embedded")->Run(program, {}); }
+inline Trace RunProgram(const Program& program) { return MakeBackend("embedded")->Run(program, {}); }
 
 inline Trace RunOk(const Program& program) {
-  Trace trace = Run(program);
+  Trace trace = RunProgram(program);
   EXPECT_EQ(trace.outcome.reason, Reason::ok) << trace.outcome.message;
   return trace;
 }

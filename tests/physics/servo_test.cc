@@ -1,0 +1,93 @@
+#include <gtest/gtest.h>
+
+#include "backends/embedded/mesh_shapes.h"
+#include "tests/physics/programs.h"
+
+namespace powdercal::physics {
+namespace {
+
+constexpr double kWidth = 5 * 2 * kRadius;
+constexpr double kStep = 4e-7;
+
+// 200 spheres under a lid, x and y periodic. The floor can move.
+Program Bed(double stress, const std::string& lid) {
+  Program program = Vacuum({}, kStep);
+  program.particles.packing.reset();
+  program.particles.sizes = {SizeDistribution::Kind::normal, 2 * kRadius, 4e-6, 20e-6, 40e-6};
+  program.particles.count = 200;
+  program.particles.seed = 3;
+  SetContact(program, {.restitution = 0.4,
+                       .friction = 0.3,
+                       .rolling_friction = 0.1,
+                       .cohesion_energy_density = 10000});
+  program.law.cohesion = ContactLaw::Cohesion::sjkr2;
+  program.law.rolling = ContactLaw::Rolling::epsd2;
+  program.domain = {{-0.5 * kWidth, -0.5 * kWidth, -3 * kRadius},
+                    {0.5 * kWidth, 0.5 * kWidth, 60 * kRadius},
+                    {Boundary::periodic, Boundary::periodic, Boundary::open}};
+  program.gravity = {0, 0, -kGravity};
+  program.walls = {Floor()};
+  if (lid == "plane") {
+    program.walls.push_back({.name = "lid", .position = 55 * kRadius, .facing_positive = false});
+  } else {
+    program.meshes = {embedded::MakeRidgedPlate("lid", {-0.5 * kWidth, -0.5 * kWidth, 55 * kRadius},
+                                                kWidth, kWidth, kWidth / 5, -0.3 * kRadius, 5)};
+  }
+  program.stages = {Insert{0, 50 * kRadius, {0, 0, -0.2}}, Settle{1e-3, 2e-4, 1e-3, 0.01},
+                    Servo{"lid", stress, 0.1, 0.05},
+                    Hold{0.02, 10, 1e-2, 6 * 2 * kRadius * std::sqrt(kDensity / stress), 0.05}};
+  return program;
+}
+
+// Mean of the servo's stress over its series from `begin` to `end` [s], over the target.
+double MeanStress(const Trace& trace, double begin, double end, double stress) {
+  const WallSeries& series = trace.series.back();
+  double sum = 0;
+  int count = 0;
+  for (std::size_t n = 0; n < series.time.size(); ++n) {
+    if (series.time[n] <= begin || series.time[n] > end) continue;
+    sum += series.normal_force[n];
+    ++count;
+  }
+  EXPECT_GT(count, 10);
+  return sum / count / (kWidth * kWidth) / stress;
+}
+
+class ServoStress : public ::testing::TestWithParam<std::tuple<double, std::string>> {};
+
+// The bed below rises and sinks, as a dilating or compacting one does, and the lid follows.
+TEST_P(ServoStress, StaysWithinHalfAPerCent) {
+  const auto [stress, lid] = GetParam();
+  Program program = Bed(stress, lid);
+  const double duration = 0.01;
+  // A strain rate of some 1/s, a hundred times that of a quasi-static test.
+  const double speed = 1e-3;
+  program.stages.push_back(Advance{.name = "rest", .duration = duration});
+  program.stages.push_back(
+      Advance{.name = "rise", .duration = duration, .motions = {{"floor", {0, 0, speed}, {}, {}}}});
+  program.stages.push_back(Advance{
+      .name = "sink", .duration = duration, .motions = {{"floor", {0, 0, -speed}, {}, {}}}});
+  const Trace trace = RunOk(program);
+  ASSERT_EQ(trace.moments.size(), 6U);
+  for (const std::string name : {"rest", "rise", "sink"}) {
+    const Moment& moment = *trace.Find(name);
+    const double mean = MeanStress(trace, moment.time - 0.8 * duration, moment.time, stress);
+    Measured(fmt::format("relative error of the stress, {} Pa, {}, {}", stress, lid, name),
+             mean - 1);
+    EXPECT_NEAR(mean, 1, 0.005) << name;
+  }
+  const WallState& lid_then = trace.Find("rest")->walls.at("lid");
+  const WallState& lid_now = trace.Find("rise")->walls.at("lid");
+  EXPECT_NEAR((lid_now.displacement[2] - lid_then.displacement[2]) / (speed * duration), 1, 0.1);
+}
+
+INSTANTIATE_TEST_SUITE_P(Lids, ServoStress,
+                         ::testing::Combine(::testing::Values(300.0, 900.0, 9000.0),
+                                            ::testing::Values("plane", "mesh")),
+                         [](const auto& instance) {
+                           return fmt::format("{}_{:.0f}_Pa", std::get<1>(instance.param),
+                                              std::get<0>(instance.param));
+                         });
+
+}  // namespace
+}  // namespace powdercal::physics
