@@ -22,6 +22,28 @@ constexpr int kStressEvery = 20;
 constexpr double kStressWeight = 0.3;
 constexpr double kMostPace = 6;
 
+// Takes away what all particles of a deforming cell have in common beyond the affine velocity: under
+// shear a common v_z makes their v_x grow without end.
+void StopDrift(ParticleStore& particles, const Drive& drive) {
+  double mass = 0;
+  Vector3 momentum{};
+  for (std::int32_t p = 0; p < particles.count(); ++p) {
+    const double* x = particles.Position(p);
+    const double* v = particles.Velocity(p);
+    const double m = particles.Mass(p);
+    mass += m;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      momentum[axis] += m * (v[axis] - drive.rate[axis] * (x[axis] - drive.centre[axis]));
+    }
+    momentum[0] -= m * drive.shear_rate * (x[2] - drive.centre[2]);
+  }
+  if (mass == 0) return;
+  const Vector3 drift = (1 / mass) * momentum;
+  for (std::int32_t p = 0; p < particles.count(); ++p) {
+    for (std::size_t axis = 0; axis < 3; ++axis) particles.Velocity(p)[axis] -= drift[axis];
+  }
+}
+
 }  // namespace
 
 Simulation::Simulation(const Program& program, const Packing& packing, const Settings& settings)
@@ -467,6 +489,7 @@ void Simulation::ControlCell() {
     rate[axis] = drive.pace * std::clamp(drive.gain * error, -kMostPace, kMostPace);
   }
   SetRates(rate, drive.shear_rate);
+  StopDrift(particles_, drive_);
 }
 
 // Particles take the change of the affine velocity, so that no boundary has to drive them.
