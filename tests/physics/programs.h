@@ -103,7 +103,9 @@ inline Program OnFloor(const ContactParameters& contact, double slope = 0) {
   return program;
 }
 
-inline Trace RunProgram(const Program& program) { return MakeBackend("embedded")->Run(program, {}); }
+inline Trace RunProgram(const Program& program) {
+  return MakeBackend("embedded")->Run(program, {});
+}
 
 inline Trace RunOk(const Program& program) {
   Trace trace = RunProgram(program);

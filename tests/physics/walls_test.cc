@@ -13,6 +13,7 @@ using embedded::MakeRidgedPlate;
 // Largest difference of positions (over the radius), velocities (over `speed`) and spins of two
 // runs.
 double Difference(const std::vector<Moment>& a, const std::vector<Moment>& b, double speed) {
+  EXPECT_FALSE(a.empty());
   EXPECT_EQ(a.size(), b.size());
   double worst = 0;
   for (std::size_t m = 0; m < std::min(a.size(), b.size()); ++m) {
@@ -118,6 +119,54 @@ TEST(MeshWall, PlateAcrossAPeriodicSideIsAPlane) {
   }
 }
 
+// The plate moves on under its images, by several widths of the domain.
+TEST(MeshWall, PeriodicPlateSlidesAsAPlaneDoes) {
+  const double width = 10 * kRadius;
+  Program plane = RollingBall();
+  plane.domain.lower[0] = -0.5 * width;
+  plane.domain.upper[0] = 0.5 * width;
+  plane.domain.boundaries[0] = Boundary::periodic;
+  Program mesh = plane;
+  mesh.walls.clear();
+  mesh.meshes = {MakeRectangle("floor", {-0.5 * width, -30 * kRadius, 0}, {width, 0, 0},
+                               {0, 60 * kRadius, 0}, 5, 7)};
+  const Motion slide = {.body = "floor", .velocity = {-0.06, 0.01, 0}};
+  const double difference =
+      Difference(Trajectory(plane, 0.01, 500, {slide}), Trajectory(mesh, 0.01, 500, {slide}), 0.06);
+  Measured("sliding periodic plate against a sliding plane", difference);
+  EXPECT_LT(difference, 1e-9);
+}
+
+// Ridges that end in a valley at the periodic side go on as those of an endless plate.
+TEST(MeshWall, PeriodicRidgesAreEndless) {
+  const double width = 12 * kRadius;
+  const auto over = [&](bool periodic) {
+    Program program = RollingBall();
+    program.walls.clear();
+    program.particles.packing->front().position = {0.3 * kRadius, 0, 2.5 * kRadius};
+    program.particles.packing->front().velocity = {0.05, 0.01, 0};
+    const double length = periodic ? width : 41 * width;
+    if (periodic) {
+      program.domain.lower[0] = -0.5 * width;
+      program.domain.upper[0] = 0.5 * width;
+      program.domain.boundaries[0] = Boundary::periodic;
+    }
+    program.meshes = {MakeRidgedPlate("ridges", {-0.5 * length, -100 * kRadius, 0}, length,
+                                      200 * kRadius, 4 * kRadius, 0.4 * kRadius, 3)};
+    return Trajectory(program, 0.01, 500, {{.body = "ridges", .velocity = {-0.1, 0, 0}}});
+  };
+  std::vector<Moment> endless = over(false);
+  const double way = endless.back().packing[0].position[0];
+  EXPECT_GT(std::abs(way + 0.1 * 0.01), width) << "over the seam";
+  for (Moment& moment : endless) {
+    double& x = moment.packing[0].position[0];
+    x -= width * std::floor(x / width + 0.5);
+  }
+  const double difference = Difference(endless, over(true), 0.05);
+  Measured("periodic ridges against endless ones", difference);
+  EXPECT_LT(difference, 1e-7);
+}
+
 TEST(MeshWall, RidgesDoNotFeelHowTheyAreCut) {
   const auto over = [](int strips) {
     Program program = RollingBall();
@@ -197,7 +246,7 @@ TEST(MeshWall, TurntableTakesARollingSphereRoundWithTwoSevenths) {
   Program program = OnFloor({.restitution = 0.3, .friction = 1});
   program.time_step = 4e-7;
   program.walls.clear();
-  program.meshes = {ShakenPlate(400 * kRadius, 30, 6)};
+  program.meshes = {ShakenPlate(60 * kRadius, 10, 6)};
   const double radius = 20 * kRadius;
   const double speed = 2.0 / 7 * spin * radius;
   Sphere& start = program.particles.packing->front();
