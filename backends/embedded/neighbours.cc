@@ -103,6 +103,56 @@ bool Owns(std::size_t a, std::size_t b, std::size_t slabs, bool wrap) {
 
 }  // namespace
 
+Schedule MakeSchedule(std::span<const std::size_t> first, bool wrap) {
+  const std::size_t slabs = first.back();
+  constexpr std::size_t kNever = static_cast<std::size_t>(-1);
+  struct Progress {
+    std::size_t thread = 0;
+    std::size_t pairs = kNever;  // phase in which it was done
+    std::size_t finish = kNever;
+  };
+  std::vector<Progress> progress(slabs);
+  for (std::size_t t = 0; t + 1 < first.size(); ++t) {
+    for (std::size_t s = first[t]; s < first[t + 1]; ++s) progress[s].thread = t;
+  }
+  Schedule schedule;
+  for (std::size_t left = 2 * slabs; left > 0;) {
+    const std::size_t phase = schedule.size();
+    schedule.emplace_back(first.size() - 1);
+    for (std::size_t t = 0; t + 1 < first.size(); ++t) {
+      const auto done = [&](std::size_t s) {
+        return progress[s].pairs < phase || (progress[s].pairs == phase && progress[s].thread == t);
+      };
+      // The slab before or after, if there is one, has had its pairs.
+      const auto before = [&](std::size_t s) {
+        if (s > 0) return done(s - 1);
+        return !wrap || slabs <= 2 || done(slabs - 1);
+      };
+      const auto after = [&](std::size_t s) {
+        if (s + 1 < slabs) return done(s + 1);
+        return !wrap || slabs <= 2 || done(0);
+      };
+      for (std::size_t s = first[t]; s < first[t + 1];) {
+        Progress& p = progress[s];
+        const auto index = static_cast<std::uint32_t>(s);
+        if (p.pairs == kNever && (s % 2 == 0 || (before(s) && after(s)))) {
+          schedule[phase][t].push_back({false, index});
+          p.pairs = phase;
+        } else if (p.finish == kNever && p.pairs != kNever && done(s) && before(s)) {
+          schedule[phase][t].push_back({true, index});
+          p.finish = phase;
+        } else {
+          ++s;
+          continue;
+        }
+        --left;
+        s = first[t];
+      }
+    }
+  }
+  return schedule;
+}
+
 void Neighbours::Rebuild(ParticleStore& particles, const Box& box, const Images& images,
                          double skin, const std::vector<std::uint8_t>& removed, Team& team) {
   Wrap(particles, box, images);
@@ -197,7 +247,7 @@ void Neighbours::Rebuild(ParticleStore& particles, const Box& box, const Images&
     }
     *At(slabs_[s].source, entry) = static_cast<std::int32_t>(n);
   }
-  DivideWork(team.size());
+  DivideWork(team.size(), cells.layers_wrap());
 }
 
 // Takes the histories of all contacts that have one out of the lists. `place` maps old indices to
@@ -309,7 +359,7 @@ void Neighbours::SetPlaneHistory(int plane, std::int32_t i, const Vector3& shear
 }
 
 // Consecutive slabs for each thread, with about the same number of pairs.
-void Neighbours::DivideWork(int threads) {
+void Neighbours::DivideWork(int threads, bool wrap) {
   std::vector<std::int64_t> work = {0};
   for (const Slab& slab : slabs_) {
     work.push_back(work.back() + static_cast<std::int64_t>(slab.outer_i.size()) + slab.end -
@@ -324,6 +374,7 @@ void Neighbours::DivideWork(int threads) {
     share_.push_back(s);
   }
   share_.push_back(slabs_.size());
+  schedule_ = MakeSchedule(share_, wrap);
 }
 
 void Neighbours::Prune(ParticleStore& particles, const Kernels& kernels, const Images& images,

@@ -15,8 +15,8 @@ namespace powdercal::embedded {
 // closer than a thin skin: nearly all of them are in contact, so that the kernels waste few lanes.
 //
 // Particles are divided into slabs along one axis. A slab's pairs reach into itself and the next
-// slab only, so that slabs of even number can be worked on at the same time, then those of odd
-// number: no two threads write to one particle, and the sums do not depend on the threads.
+// slab only. Slabs of odd number wait for both of their neighbours, so that every particle gets its
+// forces in the same order whatever the threads, and no two threads write to one particle.
 
 /// The box in which particles are sorted into cells.
 struct Box {
@@ -46,6 +46,20 @@ struct Slab {
   std::vector<std::int32_t> accepted;
 };
 
+/// A piece of a step's work: the forces of a slab's pairs, or what remains to be done for its
+/// particles once all their pairs have been.
+struct SlabTask {
+  bool finish = false;
+  std::uint32_t slab = 0;
+};
+
+/// What each thread does in a step. All threads have to end a phase before the next begins. Within
+/// a phase a slab is finished as soon as it can be, while its particles are in the cache.
+using Schedule = std::vector<std::vector<std::vector<SlabTask>>>;  // by phase and thread
+
+/// `first` holds the first slab of each thread, and the end.
+Schedule MakeSchedule(std::span<const std::size_t> first, bool wrap);
+
 class Neighbours {
  public:
   static constexpr std::int32_t kNone = -1;
@@ -71,6 +85,7 @@ class Neighbours {
     const auto t = static_cast<std::size_t>(thread);
     return {share_[t], share_[t + 1]};
   }
+  const Schedule& schedule() const { return schedule_; }
   std::int64_t pair_count() const;
   std::int64_t outer_count() const;
 
@@ -88,7 +103,7 @@ class Neighbours {
   };
 
   void CarryHistories(const std::vector<std::int32_t>& place);
-  void DivideWork(int threads);
+  void DivideWork(int threads, bool wrap);
   void PruneSlab(std::size_t slab, ParticleStore& particles, const Kernels& kernels,
                  const Images& images, double gap);
   void PrunePlane(std::size_t slab, int plane, ParticleStore& particles, const PlaneState& state,
@@ -100,6 +115,7 @@ class Neighbours {
   int plane_count_ = 0;
   std::vector<Slab> slabs_;
   std::vector<std::size_t> share_;
+  Schedule schedule_;
   bool carrying_ = false;  // sources point to carried_, not to the slab's own pairs
   Carried carried_;
   std::vector<Carried> carried_planes_;                  // by plane; j unused

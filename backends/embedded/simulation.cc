@@ -264,16 +264,19 @@ void Simulation::RestoreContacts() {
 
 // --- One step -----------------------------------------------------------------------------------
 
-void Simulation::ForcesOfPairs(bool record) {
+// Forces on all particles where they are, and what the flags of Integration say. While a slab's
+// particles are in the cache everything is done with them.
+void Simulation::Pass(bool forces, bool finish, bool begin, bool record) {
   std::vector<Slab>& slabs = neighbours_.slabs();
-  double* rows = particles_.rows();
-  for (const std::size_t parity : {std::size_t{0}, std::size_t{1}}) {
-    if (parity == 1 && slabs.size() == 1) break;
+  for (const auto& phase : neighbours_.schedule()) {
     team_.Run([&](int thread) {
-      const auto [first, last] = neighbours_.SlabsOf(thread);
-      for (std::size_t s = first; s < last; ++s) {
-        if (s % 2 == parity) {
-          kernels_.pairs(sphere_law_, images_, rows, slabs[s].pairs.Columns(record));
+      for (const SlabTask& task : phase[static_cast<std::size_t>(thread)]) {
+        if (task.finish) {
+          if (forces) FinishForces(task.slab);
+          if (finish || begin) Integrate(task.slab, finish, begin);
+        } else if (forces) {
+          kernels_.pairs(sphere_law_, images_, particles_.rows(),
+                         slabs[task.slab].pairs.Columns(record));
         }
       }
     });
@@ -281,44 +284,35 @@ void Simulation::ForcesOfPairs(bool record) {
 }
 
 // Walls, and what glued groups have to bear.
-void Simulation::FinishForces(int thread) {
-  std::vector<Slab>& slabs = neighbours_.slabs();
-  const auto [first, last] = neighbours_.SlabsOf(thread);
-  for (std::size_t s = first; s < last; ++s) {
-    std::vector<Vector3>& force = sums_[s].body_force;
-    std::fill(force.begin(), force.end(), Vector3{});
-    std::size_t body = 0;
-    for (std::size_t n = 0; n < planes_.size(); ++n, ++body) {
-      if (slabs[s].planes[n].size == 0) continue;
-      kernels_.plane(planes_[n].law, plane_states_[n], particles_.rows(),
-                     slabs[s].planes[n].Columns(false), force[body].data());
+void Simulation::FinishForces(std::size_t s) {
+  Slab& slab = neighbours_.slabs()[s];
+  std::vector<Vector3>& force = sums_[s].body_force;
+  std::fill(force.begin(), force.end(), Vector3{});
+  std::size_t body = 0;
+  for (std::size_t n = 0; n < planes_.size(); ++n, ++body) {
+    if (slab.planes[n].size == 0) continue;
+    kernels_.plane(planes_[n].law, plane_states_[n], particles_.rows(),
+                   slab.planes[n].Columns(false), force[body].data());
+  }
+  for (std::size_t n = 0; n < meshes_.size(); ++n, ++body) {
+    mesh_contacts_[n].AddForces(s, particles_.PaddingRow(static_cast<int>(s)), particles_,
+                                meshes_[n], kernels_.surface, &force[body]);
+  }
+  for (const GroupBody& group : groups_) {
+    for (const std::int32_t p : group.members[s]) {
+      const double* load = particles_.Force(p);
+      for (std::size_t axis = 0; axis < 3; ++axis) force[body][axis] += load[axis];
     }
-    for (std::size_t n = 0; n < meshes_.size(); ++n, ++body) {
-      mesh_contacts_[n].AddForces(s, particles_.PaddingRow(static_cast<int>(s)), particles_,
-                                  meshes_[n], kernels_.surface, &force[body]);
-    }
-    for (const GroupBody& group : groups_) {
-      for (const std::int32_t p : group.members[s]) {
-        const double* load = particles_.Force(p);
-        for (std::size_t axis = 0; axis < 3; ++axis) force[body][axis] += load[axis];
-      }
-      ++body;
-    }
+    ++body;
   }
 }
 
-double Simulation::Integrate(int thread, bool finish, bool begin) {
+void Simulation::Integrate(std::size_t s, bool finish, bool begin) {
   const Integration integration = {particles_.inverse_mass.data(),
                                    particles_.inverse_inertia.data(), finish, begin};
-  const auto [first, last] = neighbours_.SlabsOf(thread);
-  double fastest = 0;
-  for (std::size_t s = first; s < last; ++s) {
-    const Slab& slab = neighbours_.slabs()[s];
-    sums_[s].fastest =
-        kernels_.integrate(drive_, particles_.rows(), integration, slab.begin, slab.end);
-    fastest = std::max(fastest, sums_[s].fastest);
-  }
-  return fastest;
+  const Slab& slab = neighbours_.slabs()[s];
+  sums_[s].fastest =
+      kernels_.integrate(drive_, particles_.rows(), integration, slab.begin, slab.end);
 }
 
 // Once the forces of a step are complete: sums over the bodies, and what follows from them.
@@ -364,6 +358,15 @@ void Simulation::MoveGroups() {
   }
 }
 
+double Simulation::FastestParticle() const {
+  double fastest = 0;
+  for (const SlabSums& sums : sums_) {
+    // Not std::max, which would pass over what is not a number.
+    if (!(sums.fastest <= fastest)) fastest = sums.fastest;
+  }
+  return std::sqrt(fastest);
+}
+
 double Simulation::FastestBody() const {
   double fastest = 0;
   for (const PlaneBody& body : planes_) {
@@ -383,8 +386,7 @@ void Simulation::Start() {
   sphere_law_.time_step = 0;
   for (PlaneBody& plane : planes_) plane.law.time_step = 0;
   for (MeshBody& mesh : meshes_) mesh.law.time_step = 0;
-  ForcesOfPairs(true);
-  team_.Run([&](int thread) { FinishForces(thread); });
+  Pass(true, false, false, true);
   sphere_law_ = law;
   for (PlaneBody& plane : planes_) plane.law.time_step = law.time_step;
   for (MeshBody& mesh : meshes_) mesh.law.time_step = law.time_step;
@@ -399,20 +401,19 @@ bool Simulation::Run(std::int64_t count, const std::function<bool()>& interrupte
   // About a millisecond's work.
   const std::int64_t check_every =
       std::clamp<std::int64_t>(20'000 / std::max(1, particles_.count()), 1, 1000);
-  std::vector<double> fastest(static_cast<std::size_t>(team_.size()));
+  const auto measured = [&] { return stress_every_ > 0 && steps_ % stress_every_ == 0; };
   bool go_on = !failure_;
-  for (std::int64_t step = 0; step < count && go_on; ++step) {
-    team_.Run([&](int thread) {
-      if (step > 0) FinishForces(thread);
-      fastest[static_cast<std::size_t>(thread)] = Integrate(thread, step > 0, true);
-    });
+  std::int64_t step = 0;
+  for (; step < count && go_on; ++step) {
+    // The forces that the last Run() ended with begin the first step.
+    Pass(step > 0, step > 0, true, measured());
     if (step > 0) AfterForces();
     Move();
     const double cell_rate =
         std::max({std::abs(drive_.rate[0]), std::abs(drive_.rate[1]), std::abs(drive_.rate[2])}) +
         std::abs(drive_.shear_rate);
-    const double way = dt * (std::sqrt(*std::max_element(fastest.begin(), fastest.end())) +
-                             FastestBody() + 0.5 * cell_rate * largest_diameter_);
+    const double way =
+        dt * (FastestParticle() + FastestBody() + 0.5 * cell_rate * largest_diameter_);
     travelled_ += way;
     travelled_outer_ += way;
     ++steps_since_prune_;
@@ -422,14 +423,10 @@ bool Simulation::Run(std::int64_t count, const std::function<bool()>& interrupte
       RefreshLists();
     }
     if (failure_) return false;
-    ForcesOfPairs(stress_every_ > 0 && steps_ % stress_every_ == 0);
     if (step % check_every == 0 && interrupted && interrupted()) go_on = false;
   }
-  if (count > 0) {
-    team_.Run([&](int thread) {
-      FinishForces(thread);
-      Integrate(thread, true, false);
-    });
+  if (step > 0) {
+    Pass(true, true, false, measured());
     AfterForces();
   }
   return go_on;

@@ -105,9 +105,9 @@ class Simulation {
   void Rebuild();
   void ChooseSkins();
   bool CellTooSmall(double skin);
-  void ForcesOfPairs(bool record);
-  void FinishForces(int thread);
-  double Integrate(int thread, bool finish, bool begin);
+  void Pass(bool forces, bool finish, bool begin, bool record);
+  void FinishForces(std::size_t slab);
+  void Integrate(std::size_t slab, bool finish, bool begin);
   void AfterForces();
   void Move();
   void DeformCell();
@@ -116,6 +116,7 @@ class Simulation {
   std::vector<std::uint8_t> FindLeavers() const;
   void UpdateImages();
   void UpdateStress();
+  double FastestParticle() const;
   double FastestBody() const;
   std::size_t BodyCount() const { return planes_.size() + groups_.size() + meshes_.size(); }
 
