@@ -155,7 +155,8 @@ std::vector<double> DrawDiameters(const SizeDistribution& sizes, int count, std:
   return diameters;
 }
 
-Packing PlaceParticles(const Particles& particles, const Domain& domain, const Insert& insert) {
+Packing PlaceParticles(const Particles& particles, const Domain& domain, const Insert& insert,
+                       const std::stop_token& stop) {
   if (particles.packing) {
     CheckExplicitPacking(*particles.packing, domain);
     return *particles.packing;
@@ -187,6 +188,7 @@ Packing PlaceParticles(const Particles& particles, const Domain& domain, const I
     sphere.velocity = insert.velocity;
     do {
       if (attempts_left-- == 0) throw TooFull(fraction, placed, count);
+      if (attempts_left % 1024 == 0 && stop.stop_requested()) return {};
       sphere.position = slab.Draw(random, sphere.radius);
     } while (!slab.Place(sphere.position, sphere.radius));
   }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <stop_token>
 #include <vector>
 
 #include "backends/program.h"
@@ -25,6 +26,9 @@ std::vector<double> DrawDiameters(const SizeDistribution& sizes, int count, std:
 /// An explicit packing is given back as it is, with its own velocities, after a check that its
 /// numbers are finite, radii and ids positive, ids distinct and centres inside the domain along the
 /// open axes. Overlaps are allowed: a packing that a simulation left under load has them.
-Packing PlaceParticles(const Particles& particles, const Domain& domain, const Insert& insert);
+///
+/// A requested stop ends it early, with an empty packing.
+Packing PlaceParticles(const Particles& particles, const Domain& domain, const Insert& insert,
+                       const std::stop_token& stop = {});
 
 }  // namespace powdercal

@@ -5,14 +5,6 @@
 
 namespace powdercal::embedded {
 
-void NearestImage(const Images& images, double (&d)[3]) {
-  const double up = std::nearbyint(d[2] * images.inverse[2]);
-  d[2] -= up * images.length[2];
-  d[0] -= up * images.shear_offset;
-  d[0] -= std::nearbyint(d[0] * images.inverse[0]) * images.length[0];
-  d[1] -= std::nearbyint(d[1] * images.inverse[1]) * images.length[1];
-}
-
 Cells::Cells(const double* positions, std::int32_t count, const Box& box, const Images& images,
              double cell_size)
     : box_(box), shear_offset_(images.shear_offset) {

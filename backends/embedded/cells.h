@@ -41,7 +41,17 @@ class Cells {
   std::array<double, 3> size_{};  // of a cell
 };
 
-/// The displacement d, moved to the nearest image.
-void NearestImage(const Images& images, double (&d)[3]);
+/// The displacement d, moved to the nearest image, as the kernels do it.
+inline void NearestImage(const Images& images, double (&d)[3]) {
+  const auto round = [](double x) {
+    constexpr double kMagic = 6755399441055744.0;  // 1.5 · 2^52: adding it leaves no fraction
+    return (x + kMagic) - kMagic;
+  };
+  const double up = round(d[2] * images.inverse[2]);
+  d[2] -= up * images.length[2];
+  d[0] -= up * images.shear_offset;
+  d[0] -= round(d[0] * images.inverse[0]) * images.length[0];
+  d[1] -= round(d[1] * images.inverse[1]) * images.length[1];
+}
 
 }  // namespace powdercal::embedded

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
+#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "backends/embedded/kernels.h"
@@ -59,15 +61,30 @@ class EmbeddedBackend final : public Backend {
     if (const std::string reason = ExplainUnsupported(program); !reason.empty()) {
       return {.outcome = {Reason::unsupported, reason}};
     }
+    Trace trace;
     try {
-      return embedded::StageRunner(program, context, {.isa = WantedIsa(), .threads = threads_})
-          .Run();
+      trace =
+          embedded::StageRunner(program, context, {.isa = WantedIsa(), .threads = threads_}).Run();
     } catch (const InputError& error) {
-      return {.outcome = {Reason::invalid_input, error.what()}};
+      trace.outcome = {Reason::invalid_input, error.what()};
     }
+    if (!trace.outcome.ok() && trace.outcome.reason != Reason::cancelled) {
+      KeepFailure(program, trace.outcome, context.work_folder);
+    }
+    return trace;
   }
 
  private:
+  // What it takes to look into a failure: beside these, the last state as a snapshot.
+  static void KeepFailure(const Program& program, const Outcome& outcome,
+                          const std::filesystem::path& folder) {
+    if (folder.empty()) return;
+    std::filesystem::create_directories(folder);
+    WriteFileAtomically(folder / "program.json", program.ToJson().dump(1));
+    WriteFileAtomically(folder / "outcome.txt",
+                        fmt::format("{}: {}\n", ToString(outcome.reason), outcome.message));
+  }
+
   static std::span<const std::string> IsaChoices() {
     static const std::vector<std::string> choices = [] {
       std::vector<std::string> list = {"auto"};

@@ -167,7 +167,9 @@ void MeshContacts::Remember(SlabContacts& slab, const ParticleStore& particles) 
   for (std::size_t n = 0; n < slab.contacts.size(); ++n) {
     Remembered memory{.particle = slab.particle[n],
                       .id = particles.ids[static_cast<std::size_t>(slab.particle[n])],
-                      .normal = slab.contacts[n].normal};
+                      .normal = slab.contacts[n].normal,
+                      .overlap = particles.Radius(slab.particle[n]) - slab.contacts[n].distance,
+                      .radius = particles.Radius(slab.particle[n])};
     for (std::size_t axis = 0; axis < 3; ++axis) {
       if (kinds_.shear) memory.shear[axis] = slab.list.history.shear[axis][n];
       if (kinds_.rolling) memory.rolling[axis] = slab.list.history.rolling[axis][n];
@@ -212,12 +214,6 @@ void MeshContacts::AddForces(std::size_t s, std::int32_t padding_row, ParticleSt
   surface.distance = slab.distance.data();
   kernel(body.law, surface, particles.rows(), list.Columns(false), force->data());
   Remember(slab, particles);
-}
-
-std::int64_t MeshContacts::contact_count() const {
-  std::int64_t count = 0;
-  for (const SlabContacts& slab : slabs_) count += static_cast<std::int64_t>(slab.memory.size());
-  return count;
 }
 
 }  // namespace powdercal::embedded

@@ -27,7 +27,13 @@ class MeshContacts {
   void AddForces(std::size_t slab, std::int32_t padding_row, ParticleStore& particles,
                  const MeshBody& body, SurfaceKernel kernel, Vector3* force);
 
-  std::int64_t contact_count() const;
+  /// Calls visit(overlap [m], radius [m]) for each contact of the last step.
+  template <typename Visit>
+  void ForEachContact(const Visit& visit) const {
+    for (const SlabContacts& slab : slabs_) {
+      for (const Remembered& contact : slab.memory) visit(contact.overlap, contact.radius);
+    }
+  }
 
  private:
   struct Near {  // a particle, or its image, near the mesh
@@ -40,6 +46,8 @@ class MeshContacts {
     std::int32_t particle = 0;
     std::int64_t id = 0;  // of the particle
     Vector3 normal{};
+    double overlap = 0;  // [m]
+    double radius = 0;   // [m] of the particle
     Vector3 shear{};
     Vector3 rolling{};
     bool taken = false;

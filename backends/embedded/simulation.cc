@@ -12,18 +12,18 @@ namespace {
 
 // Skins in mean diameters. A skin is worth its extra pairs while rebuilding is what costs: both
 // optima go with the square root of how far particles move in a step (docs/validation/embedded.md).
-constexpr double kLeastInnerSkin = 0.012;
+constexpr double kLeastInnerSkin = 0.016;
 constexpr double kMostInnerSkin = 0.15;
-constexpr double kInnerSkinFactor = 1.4;
-constexpr double kLeastOuterSkin = 0.10;
+constexpr double kInnerSkinFactor = 1.2;
+constexpr double kLeastOuterSkin = 0.12;
 constexpr double kMostOuterSkin = 0.60;
-constexpr double kOuterSkinFactor = 9.0;
+constexpr double kOuterSkinFactor = 10.0;
 constexpr int kStressEvery = 20;
 constexpr double kStressWeight = 0.3;
 constexpr double kMostPace = 6;
 
-// Takes away what all particles of a deforming cell have in common beyond the affine velocity: under
-// shear a common v_z makes their v_x grow without end.
+// Takes away what all particles of a deforming cell have in common beyond the affine velocity:
+// under shear a common v_z makes their v_x grow without end.
 void StopDrift(ParticleStore& particles, const Drive& drive) {
   double mass = 0;
   Vector3 momentum{};

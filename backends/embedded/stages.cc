@@ -45,10 +45,10 @@ Trace StageRunner::Run() {
     snapshots_.emplace(context_.work_folder / kSnapshotFolder);
     snapshot_every_ = StepsOf(context_.snapshot_interval);
   }
-  if (program_.stages.empty() || !std::holds_alternative<Insert>(program_.stages.front())) {
-    Do(Insert{});
-  }
   bool go_on = true;
+  if (program_.stages.empty() || !std::holds_alternative<Insert>(program_.stages.front())) {
+    go_on = Do(Insert{});
+  }
   for (const Stage& stage : program_.stages) {
     go_on = go_on && std::visit([this](const auto& s) { return Do(s); }, stage);
   }
@@ -61,7 +61,8 @@ std::int64_t StageRunner::StepsOf(double duration) const {
 }
 
 bool StageRunner::Do(const Insert& insert) {
-  packing_ = PlaceParticles(program_.particles, program_.domain, insert);
+  packing_ = PlaceParticles(program_.particles, program_.domain, insert, context_.stop);
+  if (Interrupted()) return FailInterrupted();
   total_mass_ = SumOfMasses(packing_, program_.materials.density);
   simulation_.emplace(program_, packing_, settings_);
   // A servo's plane comes into play with its stage.
@@ -77,7 +78,7 @@ bool StageRunner::Do(const Insert& insert) {
   first_energy_ = survey.kinetic_energy;
   first_elastic_ = survey.elastic_energy;
   if (snapshots_) WriteSnapshot();
-  return !Interrupted() || Fail(Reason::cancelled, "stopped while the particles were placed");
+  return true;
 }
 
 bool StageRunner::Do(const Settle& settle) {
@@ -313,10 +314,14 @@ bool StageRunner::RunPiece(std::int64_t count) {
   if (simulation_->failure()) {
     return Fail(simulation_->failure()->reason, simulation_->failure()->message);
   }
-  return timed_out_ ? Fail(Reason::timeout,
-                           fmt::format("stopped after {:.4g} s, at step {}",
-                                       context_.time_limit->count(), simulation_->steps()))
-                    : Fail(Reason::cancelled, "stopped on request");
+  return FailInterrupted();
+}
+
+bool StageRunner::FailInterrupted() {
+  const std::int64_t steps = simulation_ ? simulation_->steps() : 0;
+  if (!timed_out_) return Fail(Reason::cancelled, "stopped on request");
+  return Fail(Reason::timeout, fmt::format("stopped after {:.4g} s, at step {}",
+                                           context_.time_limit->count(), steps));
 }
 
 bool StageRunner::Interrupted() {
@@ -430,6 +435,11 @@ void StageRunner::Finish() {
   d.law = program_.law.ToString();
   d.wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
   if (!simulation_) return;
+  const bool failed = !trace_.outcome.ok() && trace_.outcome.reason != Reason::cancelled;
+  if (failed && !context_.work_folder.empty()) {
+    if (!snapshots_) snapshots_.emplace(context_.work_folder / kSnapshotFolder);
+    WriteSnapshot();
+  }
   const Survey survey = simulation_->MakeSurvey();
   d.steps = simulation_->steps();
   d.leavers = simulation_->leavers();

@@ -35,6 +35,7 @@ class StageRunner {
   bool Healthy();
   bool Fail(Reason reason, std::string message);
   bool Interrupted();
+  bool FailInterrupted();
   void Record();
   void RecordServo();
   void RecordCell();

@@ -127,7 +127,10 @@ Survey Simulation::MakeSurvey() const {
       }
     }
   }
-  for (const MeshContacts& contacts : mesh_contacts_) survey.contacts += contacts.contact_count();
+  for (std::size_t mesh = 0; mesh < meshes_.size(); ++mesh) {
+    mesh_contacts_[mesh].ForEachContact(
+        [&](double overlap, double radius) { touch(meshes_[mesh].law, overlap, radius); });
+  }
   return survey;
 }
 
