@@ -14,10 +14,10 @@ using Tangential = ContactLaw::Tangential;
 using Cohesion = ContactLaw::Cohesion;
 using Rolling = ContactLaw::Rolling;
 
-constexpr double kSpeed = 0.02;          // [m/s]
+constexpr double kSpeed = 0.02;             // [m/s]
 constexpr double kSpin = kSpeed / kRadius;  // [rad/s]
-constexpr double kPlace = 1.5e-4;        // [m] between one collision and the next
-constexpr double kHalfBox = 3.2e-4;      // [m] planes all around
+constexpr double kPlace = 1.5e-4;           // [m] between one collision and the next
+constexpr double kHalfBox = 3.2e-4;         // [m] planes all around
 constexpr int kEvery = 20;
 constexpr int kFrames = 120;
 
@@ -72,14 +72,15 @@ class Scene {
   std::map<std::int64_t, std::string> names_;
 };
 
-Scene Collisions(bool one_size) {
-  Scene scene(one_size);
+Scene Collisions(const ContactLaw& law) {
+  Scene scene(law.cohesion == Cohesion::dmt);
   const double v = kSpeed;
   const double w = kSpin;
   const double gap = 1e-3 * kRadius;
   const double overlap = -0.02 * kRadius;
+  const double slow = 0.1 * v;
   scene.Pair("head-on", 1, gap, {1, 0, 0}, {v, 0, 0}, {-v, 0, 0});
-  scene.Pair("head-on, tilted", 1, gap, {1, 2, 3}, {v / 3, v / 2, v}, {});
+  scene.Pair("nearly head-on", 1, gap, {1, 2, 3}, {v / 3, v / 2, v}, {});
   scene.Pair("oblique", 1, gap, {1, 0, 0}, {v, 0, 0.7 * v}, {-v, 0, 0});
   scene.Pair("grazing", 1.5, gap, {0, 1, 0}, {2 * v, 0.3 * v, v}, {0, -0.3 * v, 0});
   scene.Pair("rolling", 1, gap, {0, 0, 1}, {0, 0, v}, {0, 0, -v}, {w, 0, 0}, {-w, 0, 0});
@@ -88,10 +89,13 @@ Scene Collisions(bool one_size) {
   scene.Pair("all at once", 3, gap, {-1, 2, 1}, {-v, v, 0.2 * v}, {v, 0, -v}, {w, -2 * w, w},
              {0, 3 * w, 0.5 * w});
   scene.Pair("small on large", 3, gap, {1, -1, 2}, {}, {-v, 2 * v, -v}, {0, 0, 2 * w}, {w, 0, 0});
+  scene.Pair("touching, rolling", 1, gap, {0, 1, 0}, {0, slow, 0}, {}, {w, 0, 0}, {-w, 0, 0});
+  scene.Pair("touching, twisting", 1.5, gap, {1, 0, 0}, {slow, 0, 0}, {}, {w, 0, 0},
+             {-w, 0.1 * w, 0});
   scene.Pair("pressed, let go", 1, overlap, {0, 0, 1}, {}, {});
-  scene.Pair("pulled off", 2, overlap, {1, 0, 1}, {}, {0.5 * v, 0, 0.5 * v});
-  scene.Pair("pressed, rolling", 1, overlap, {0, 1, 0}, {}, {}, {w, 0, 0}, {-w, 0, 0});
-  scene.Pair("pressed, twisting", 1.5, overlap, {1, 0, 0}, {}, {}, {w, 0, 0}, {-w, 0.1 * w, 0});
+  scene.Pair("pressed, pulled off", 2, overlap, {1, 0, 0}, {}, {0.5 * v, 0, 0});
+  // Not with cdt: see CdtInTwoEngines.
+  if (law.rolling != Rolling::cdt) scene.Pair("pressed, tilted", 2, overlap, {1, 0, 1}, {}, {});
   scene.Pair("pressed, sheared", 2.5, overlap, {0, 0, 1}, {0.1 * v, 0, 0}, {});
 
   for (const std::size_t axis : {0U, 1U, 2U}) {
@@ -107,14 +111,25 @@ Scene Collisions(bool one_size) {
       spin[axis] = 2 * w;
       scene.AtWall("plane " + plane + ", spinning", axis, side, 2, gap, velocity, spin);
       spin[axis] = 0.1 * w;
-      scene.AtWall("plane " + plane + ", rolling", axis, side, 1, -0.005 * kRadius, {}, spin);
+      velocity = {};
+      velocity[axis] = side * slow;
+      scene.AtWall("plane " + plane + ", rolling", axis, side, 1, gap, velocity, spin);
     }
   }
   return scene;
 }
 
-Program SceneProgram(const ContactLaw& law, const Packing& packing) {
+// LIGGGHTS divides the whole domain into bins.
+Program InBox(const Packing& packing) {
   Program program = Vacuum(packing);
+  const double half = 1.1 * kHalfBox;
+  program.domain.lower = {-half, -half, -half};
+  program.domain.upper = {half, half, half};
+  return program;
+}
+
+Program SceneProgram(const ContactLaw& law, const Packing& packing) {
+  Program program = InBox(packing);
   program.law = law;
   Materials& m = program.materials;
   m.particle_particle = {.restitution = 0.5,
@@ -127,8 +142,6 @@ Program SceneProgram(const ContactLaw& law, const Packing& packing) {
                      .rolling_friction = 0.1,
                      .cohesion_energy_density = 10'000};
   m.linear = {.normal = 20, .tangential = 8, .normal_damping = 4e-6, .tangential_damping = 2e-6};
-  program.domain.lower = {-1.1 * kHalfBox, -1.1 * kHalfBox, -1.1 * kHalfBox};
-  program.domain.upper = {1.1 * kHalfBox, 1.1 * kHalfBox, 1.1 * kHalfBox};
   for (const int axis : {0, 1, 2}) {
     const std::string letter(1, "xyz"[axis]);
     program.walls.push_back({.name = "lower " + letter, .axis = axis, .position = -kHalfBox});
@@ -150,8 +163,6 @@ struct Difference {
   double position = 0;
   double velocity = 0;
   double spin = 0;
-
-  double Worst() const { return std::max({position, velocity, spin}); }
 };
 
 std::map<std::string, Difference> Compare(const std::vector<Moment>& a,
@@ -180,17 +191,37 @@ std::map<std::string, Difference> Compare(const std::vector<Moment>& a,
   return differences;
 }
 
-void ExpectSameTrajectories(const Program& program, const Scene& scene, double tolerance) {
+// Something happens to every sphere: at some time its speed, or that of its surface, is not what
+// gravity alone would have made of it.
+void ExpectContacts(const Program& program, const Scene& scene,
+                    const std::vector<Moment>& moments) {
+  const Packing& start = *program.particles.packing;
+  for (std::size_t n = 0; n < start.size(); ++n) {
+    double change = 0;
+    for (const Moment& moment : moments) {
+      const Sphere& s = moment.packing[n];
+      const Vector3 free = start[n].velocity + moment.time * program.gravity;
+      change =
+          std::max(change, Length(s.velocity - free) + s.radius * Length(s.spin - start[n].spin));
+    }
+    EXPECT_GT(change, 0.02 * kSpeed) << scene.NameOf(start[n].id);
+  }
+}
+
+void ExpectSameTrajectories(const Program& program, const Scene& scene, double tolerance,
+                            double spin_tolerance) {
   const TwoTraces traces = RunBoth(program);
   ASSERT_TRUE(traces.embedded.outcome.ok()) << traces.embedded.outcome.message;
   ASSERT_TRUE(traces.liggghts.outcome.ok()) << traces.liggghts.outcome.message;
   ASSERT_EQ(traces.embedded.moments.size(), traces.liggghts.moments.size());
   ASSERT_EQ(traces.embedded.moments.size(), static_cast<std::size_t>(kFrames));
+  ExpectContacts(program, scene, traces.liggghts.moments);
   const auto differences = Compare(traces.embedded.moments, traces.liggghts.moments, scene);
   Difference worst;
   for (const auto& [name, d] : differences) {
-    EXPECT_LT(d.Worst(), tolerance) << name << ": position " << d.position << ", velocity "
-                                    << d.velocity << ", spin " << d.spin;
+    EXPECT_LT(d.position, tolerance) << name;
+    EXPECT_LT(d.velocity, tolerance) << name;
+    EXPECT_LT(d.spin, spin_tolerance) << name;
     worst.position = std::max(worst.position, d.position);
     worst.velocity = std::max(worst.velocity, d.velocity);
     worst.spin = std::max(worst.spin, d.spin);
@@ -238,8 +269,72 @@ std::string NameOf(const ::testing::TestParamInfo<ContactLaw>& info) {
 class ContactsInTwoEngines : public ::testing::TestWithParam<ContactLaw> {};
 
 TEST_P(ContactsInTwoEngines, MoveAlike) {
-  const Scene scene = Collisions(GetParam().cohesion == Cohesion::dmt);
-  ExpectSameTrajectories(SceneProgram(GetParam(), scene.packing()), scene, 1e-9);
+  const Scene scene = Collisions(GetParam());
+  ExpectSameTrajectories(SceneProgram(GetParam(), scene.packing()), scene, 1e-9, 1e-9);
+}
+
+// The law of the seed paper. A sphere at rest chatters under cdt: its spin jumps by up to a
+// hundredth of the scale in every step, and rounding decides about some of the jumps.
+TEST(PaperLawInTwoEngines, MovesAlike) {
+  for (const double cohesion : {5000.0, 47'500.0}) {
+    for (const Tangential tangential : {Tangential::no_history, Tangential::history}) {
+      const ContactLaw law = {
+          .tangential = tangential, .cohesion = Cohesion::sjkr2, .rolling = Rolling::cdt};
+      const Scene scene = Collisions(law);
+      Program program = SceneProgram(law, scene.packing());
+      SetContact(program, {.restitution = 0.4,
+                           .friction = 0.3,
+                           .rolling_friction = 0.5,
+                           .cohesion_energy_density = cohesion});
+      ExpectSameTrajectories(program, scene, 1e-4, 1e-3);
+    }
+  }
+}
+
+// Without spin the direction of cdt's torque is that of a rounding error, and its size is not
+// small. LIGGGHTS then does not agree with itself once everything is moved to another place.
+TEST(CdtInTwoEngines, RoundingDecidesWhereNothingSpins) {
+  std::vector<Packing> ends;
+  for (const double place : {0.0, 1.1e-5}) {
+    const double along = 0.98 * 1.5 * kRadius / std::sqrt(2.0);
+    Program program =
+        InBox({Ball(1, kRadius, {place, 0, 0}), Ball(2, 0.5 * kRadius, {place + along, 0, along})});
+    program.law.rolling = Rolling::cdt;
+    SetContact(program, {.restitution = 0.5, .friction = 0.3, .rolling_friction = 0.15});
+    program.stages = {Advance{.duration = 2e-4}};
+    const Trace trace = RunLiggghts(program);
+    ASSERT_TRUE(trace.outcome.ok()) << trace.outcome.message;
+    ends.push_back(trace.moments.back().packing);
+  }
+  const double speed = Length(ends[0][1].velocity);
+  const double difference = Length(ends[0][1].velocity - ends[1][1].velocity) / speed;
+  Measured("velocity of LIGGGHTS against its own elsewhere", difference);
+  EXPECT_GT(difference, 1e-6);
+}
+
+// LIGGGHTS begins with a look at the forces, in which the torque of epsd2 is that of a spring which
+// has gone on by a step, though it is not kept. The embedded engine's has not. That makes a
+// difference of half a step's torque to contacts that roll from the start: none of those above.
+TEST(RollingSpringsInTwoEngines, DifferByHalfAStepAtTheStart) {
+  const double overlap = 0.02 * kRadius;
+  const double w = 0.1 * kSpin;
+  const double reach = kRadius - 0.5 * overlap;
+  Program program = InBox({Ball(1, kRadius, {-reach, 0, 0}, {}, {0, w, 0}),
+                           Ball(2, kRadius, {reach, 0, 0}, {}, {0, -w, 0})});
+  program.law.rolling = Rolling::epsd2;
+  SetContact(program, {.restitution = 1, .rolling_friction = 10});
+  program.stages = {Advance{.duration = program.time_step}};
+  const TwoTraces traces = RunBoth(program);
+  ASSERT_TRUE(traces.liggghts.outcome.ok()) << traces.liggghts.outcome.message;
+  const double embedded = traces.embedded.moments.back().packing[0].spin[1];
+  const double liggghts = traces.liggghts.moments.back().packing[0].spin[1];
+  // The spring's stiffness over the moment of inertia, times dt².
+  const double radius = kRadius / 2;
+  const double kick = 8 * EffectiveShear() * std::sqrt(radius * overlap) * radius * radius /
+                      InertiaOf(kRadius) * program.time_step * program.time_step;
+  EXPECT_GT(kick, 1e-4);
+  EXPECT_NEAR(embedded - w, -kick * w, 1e-3 * kick * w);
+  EXPECT_NEAR((liggghts - embedded) / (kick * w), -1 + kick, 1e-3);
 }
 
 INSTANTIATE_TEST_SUITE_P(Liggghts, ContactsInTwoEngines, ::testing::ValuesIn(Laws()), NameOf);
