@@ -14,6 +14,8 @@
 namespace powdercal {
 namespace {
 
+constexpr const char* kDefaultBackend = "embedded";
+
 std::vector<std::string> FreeParameterNames() {
   std::vector<std::string> names;
   for (const FreeParameter& parameter : FreeParameters()) names.push_back(parameter.name);
@@ -136,11 +138,11 @@ void SerializeExperiments(Archive& archive, std::vector<StudyExperiment>& experi
 }
 
 void SerializeBackend(Archive& archive, BackendSpecification& backend) {
+  if (archive.reading()) backend.backend = MakeBackend(kDefaultBackend);
   archive.Section(
       "backend",
       [&](Archive& section) {
-        section.Require("name");
-        std::string name = backend.backend ? backend.backend->name() : BackendNames().front();
+        std::string name = backend.backend->name();
         section.Choice("name", name, "backend", BackendNames());
         if (section.reading()) backend.backend = MakeBackend(name);
         section.Enumeration("fidelity", backend.fidelity, "fidelity", FidelityNames());
@@ -192,7 +194,6 @@ void SerializeProblem(Archive& archive, Study& study) {
   static const std::vector<std::string> kObjectives = {"joint", "pareto"};
   archive.Enumeration("objective", study.objective, "objective", kObjectives);
   SerializeOptimizer(archive, study.optimizer, study.space);
-  archive.Require("backend");
   SerializeBackend(archive, study.backend);
 }
 

@@ -68,10 +68,22 @@ INSTANTIATE_TEST_SUITE_P(
                  "rollin_friction: {",
                  {"s.yaml:18:3: parameters: unknown parameter 'rollin_friction'",
                   "did you mean 'rolling_friction'?"}},
-        BadStudy{"name: liggghts",
-                 "name: ligghts",
-                 {"s.yaml:31:17: backend.name: unknown backend 'ligghts' (valid: ",
-                  "did you mean 'liggghts'?"}},
+        BadStudy{"name: embedded",
+                 "name: embeded",
+                 {"s.yaml:31:17: backend.name: unknown backend 'embeded' (valid: ",
+                  "did you mean 'embedded'?"}},
+        BadStudy{"name: embedded,",
+                 "name: embedded, threads: 0,",
+                 {"s.yaml:31:36: backend.threads: must lie in [1, ", "(found '0')"}},
+        BadStudy{"name: embedded,",
+                 "name: embedded, threads: 1.5,",
+                 {"s.yaml:31:36: backend.threads: expected an integer (found '1.5')"}},
+        BadStudy{"name: embedded,",
+                 "name: embedded, isa: sse9,",
+                 {"s.yaml:31:32: backend.isa: unknown instruction set 'sse9' (valid: auto, "}},
+        BadStudy{"name: embedded,",
+                 "name: liggghts, threads: 2,",
+                 {"s.yaml:31:27: backend: unknown key 'threads' (valid: "}},
         BadStudy{"name: bayesian",
                  "name: baysian",
                  {"s.yaml:30:19: optimizer.name: unknown optimizer 'baysian'",
@@ -183,8 +195,9 @@ std::string RunWithSimulator(const std::string& script) {
     WriteFileAtomically(folder / "bin/liggghts", script);
     std::filesystem::permissions(folder / "bin/liggghts", std::filesystem::perms::owner_all);
   }
-  const ProcessResult result = Powdercal({"run", "quickstart", "--out", "x"}, folder.path(),
-                                         {{"PATH", (folder / "bin").string()}});
+  const ProcessResult result =
+      Powdercal({"run", "quickstart", "--backend", "liggghts", "--out", "x"}, folder.path(),
+                {{"PATH", (folder / "bin").string()}});
   EXPECT_EQ(result.exit_status, 2);
   EXPECT_THAT(Listing(folder.path()), ElementsAre("bin"));
   EXPECT_THAT(result.output, HasSubstr("backend 'liggghts' is not available: "));
@@ -200,8 +213,8 @@ TEST(BadSimulators, AreToldFromLiggghts) {
 
 TEST(BadSimulators, CheckReportsThemBesideThePlan) {
   const TemporaryFolder folder;
-  const ProcessResult result =
-      Powdercal({"check", "quickstart"}, folder.path(), {{"PATH", (folder / "nowhere").string()}});
+  const ProcessResult result = Powdercal({"check", "quickstart", "--backend", "liggghts"},
+                                         folder.path(), {{"PATH", (folder / "nowhere").string()}});
   EXPECT_EQ(result.exit_status, 2);
   EXPECT_THAT(result.output, HasSubstr("no program 'liggghts' on PATH"));
   EXPECT_THAT(result.output, HasSubstr("# plan"));

@@ -82,6 +82,7 @@ TEST(List, JsonNamesWhatThereIs) {
     return found;
   };
   using ::testing::Contains;
+  EXPECT_THAT(names("backends"), Contains("embedded"));
   EXPECT_THAT(names("backends"), Contains("liggghts"));
   EXPECT_THAT(names("backends"), Contains("table"));
   EXPECT_THAT(names("experiments"), Contains("consolidation"));

@@ -42,7 +42,7 @@ TEST(Planner, SamePointSameRunsOtherPointsOtherParticles) {
 TEST(Planner, RefusesWhatTheBackendCannotRun) {
   const Study study = Study::Parse(StudyText("quickstart", "tangential: history",
                                              "tangential: history, shear_update: incremental"),
-                                   "s.yaml", kLibrary);
+                                   "s.yaml", kLibrary, {{"backend.name", "liggghts"}});
   EXPECT_THAT(Planner(study).ExplainUnsupported(), HasSubstr("shear_update"));
 }
 

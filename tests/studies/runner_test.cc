@@ -187,8 +187,9 @@ TEST(Runner, AnotherVersionOfTheBackendIsNotMixedIn) {
 
 TEST(Runner, AbsentSimulatorStopsBeforeAnythingIsMade) {
   const TemporaryFolder folder;
-  const ProcessResult result = Powdercal({"run", "quickstart", "--out", (folder / "x").string()},
-                                         folder.path(), {{"PATH", "/nonexistent"}});
+  const ProcessResult result =
+      Powdercal({"run", "quickstart", "--backend", "liggghts", "--out", (folder / "x").string()},
+                folder.path(), {{"PATH", "/nonexistent"}});
   EXPECT_EQ(result.exit_status, 2);
   EXPECT_THAT(result.output, HasSubstr("no program 'liggghts' on PATH"));
   EXPECT_FALSE(std::filesystem::exists(folder / "x"));

@@ -39,11 +39,35 @@ TEST(Study, QuickstartSaysWhatTheFileSays) {
   ASSERT_EQ(study.space.dimension(), 2);
   EXPECT_EQ(study.space.parameters[0].symbol, "k");
   EXPECT_EQ(study.space.parameters[0].upper, 1e5);
-  EXPECT_EQ(study.backend.backend->name(), "liggghts");
+  EXPECT_EQ(study.backend.backend->name(), "embedded");
   const Objectives objectives = study.MakeObjectives();
   ASSERT_EQ(objectives.targets.size(), 1u);
   EXPECT_EQ(objectives.targets[0].response, "consolidation.void_ratio");
   EXPECT_EQ(objectives.targets[0].value, 0.783);
+}
+
+TEST(Study, TheBackendIsEmbeddedUnlessAnotherIsNamed) {
+  const std::string section =
+      "backend: {name: embedded, fidelity: quick, replicates: 3, confirm_replicates: 6}\n";
+  const std::string named = Study::Load("quickstart").ToYaml();
+  const auto parse = [&](const std::string& backend, const Overrides& overrides = {}) {
+    return Study::Parse(StudyText("quickstart", section, backend), "s.yaml", kLibrary, overrides);
+  };
+  const Study unnamed = parse("");
+  EXPECT_EQ(unnamed.backend.backend->name(), "embedded");
+  EXPECT_EQ(unnamed.backend.replicates, 1);
+  EXPECT_EQ(parse("backend: {replicates: 3, confirm_replicates: 6}\n").ToYaml(), named);
+  EXPECT_EQ(parse("", {{"backend.replicates", "3"}, {"backend.confirm_replicates", "6"}}).ToYaml(),
+            named);
+  EXPECT_EQ(parse("", {{"backend.name", "liggghts"}}).backend.backend->name(), "liggghts");
+  EXPECT_EQ(parse("backend: liggghts\n").backend.backend->name(), "liggghts");
+}
+
+TEST(Study, AnotherBackendKeepsAllElseThatItHas) {
+  const Study study = Study::Load("quickstart", {{"backend.name", "liggghts"}});
+  EXPECT_EQ(study.backend.backend->name(), "liggghts");
+  EXPECT_EQ(study.backend.replicates, 3);
+  EXPECT_EQ(study.backend.confirm_replicates, 6);
 }
 
 TEST(Study, ResolvedTextReadsBackToTheSameStudy) {
@@ -117,8 +141,8 @@ TEST(StudyErrors, ReversedRange) {
 }
 
 TEST(StudyErrors, UnknownBackendOptimizerExperimentResponse) {
-  EXPECT_THAT(MessageFor("quickstart", "name: liggghts", "name: ligghts"),
-              AllOf(HasSubstr("unknown backend 'ligghts'"), HasSubstr("did you mean 'liggghts'?")));
+  EXPECT_THAT(MessageFor("quickstart", "name: embedded", "name: embeded"),
+              AllOf(HasSubstr("unknown backend 'embeded'"), HasSubstr("did you mean 'embedded'?")));
   EXPECT_THAT(MessageFor("quickstart", "name: bayesian", "name: baysian"),
               HasSubstr("did you mean 'bayesian'?"));
   EXPECT_THAT(MessageFor("quickstart", "- consolidation:", "- consolidaton:"),
