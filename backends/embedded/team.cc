@@ -15,18 +15,10 @@ void Pause() {
 #endif
 }
 
-// Waits until `value` is no longer `old`.
-void AwaitChange(const std::atomic<std::uint32_t>& value, std::uint32_t old) {
-  for (int spin = 0; spin < kSpins; ++spin) {
-    if (value.load(std::memory_order_acquire) != old) return;
-    Pause();
-  }
-  while (value.load(std::memory_order_acquire) == old) value.wait(old, std::memory_order_acquire);
-}
-
 }  // namespace
 
-Team::Team(int size) {
+Team::Team(int size)
+    : spins_(static_cast<unsigned>(size) <= std::thread::hardware_concurrency() ? kSpins : 0) {
   for (int thread = 1; thread < size; ++thread) {
     workers_.emplace_back([this, thread] { Work(thread); });
   }
@@ -37,6 +29,15 @@ Team::~Team() {
   round_.fetch_add(1, std::memory_order_release);
   round_.notify_all();
   for (std::thread& worker : workers_) worker.join();
+}
+
+// Waits until `value` is no longer `old`.
+void Team::AwaitChange(const std::atomic<std::uint32_t>& value, std::uint32_t old) const {
+  for (int spin = 0; spin < spins_; ++spin) {
+    if (value.load(std::memory_order_acquire) != old) return;
+    Pause();
+  }
+  while (value.load(std::memory_order_acquire) == old) value.wait(old, std::memory_order_acquire);
 }
 
 void Team::Start(Call call, const void* task) {

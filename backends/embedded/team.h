@@ -38,7 +38,9 @@ class Team {
   void Start(Call call, const void* task);
   void Finish();
   void Work(int thread);
+  void AwaitChange(const std::atomic<std::uint32_t>& value, std::uint32_t old) const;
 
+  int spins_ = 0;  // before a thread that waits goes to sleep
   Call call_ = nullptr;
   const void* task_ = nullptr;
   std::atomic<std::uint32_t> round_{0};
