@@ -18,6 +18,10 @@ template <typename T>
 T* At(std::vector<T>& v, std::int32_t n) {
   return &v[static_cast<std::size_t>(n)];
 }
+template <typename T>
+const T* At(const std::vector<T>& v, std::int32_t n) {
+  return &v[static_cast<std::size_t>(n)];
+}
 
 // Moves particles into the box; those that cross a moving image change their velocity.
 void Wrap(ParticleStore& particles, const Box& box, const Images& images) {
@@ -101,57 +105,83 @@ bool Owns(std::size_t a, std::size_t b, std::size_t slabs, bool wrap) {
   return wrap && a + 1 == slabs && b == 0 && slabs > 2;
 }
 
-}  // namespace
+// The particles, sorted into cells, and the cells, cut into slabs.
+struct Division {
+  const Cells& cells;
+  const std::vector<std::int32_t>& cell_start;
+  std::vector<std::int32_t> first_cell;
 
-Schedule MakeSchedule(std::span<const std::size_t> first, bool wrap) {
-  const std::size_t slabs = first.back();
-  constexpr std::size_t kNever = static_cast<std::size_t>(-1);
-  struct Progress {
-    std::size_t thread = 0;
-    std::size_t pairs = kNever;  // phase in which it was done
-    std::size_t finish = kNever;
-  };
-  std::vector<Progress> progress(slabs);
-  for (std::size_t t = 0; t + 1 < first.size(); ++t) {
-    for (std::size_t s = first[t]; s < first[t + 1]; ++s) progress[s].thread = t;
+  std::size_t slabs() const { return first_cell.size() - 1; }
+
+  // Pairs of the slab closer than `skin` that are not of one glued group.
+  void FindPairs(std::size_t s, const ParticleStore& particles, const Images& images, double skin,
+                 Slab* slab) const;
+
+ private:
+  using Range = std::pair<std::int32_t, std::int32_t>;
+
+  std::size_t SlabOfCell(std::int32_t cell) const {
+    const auto after = std::upper_bound(first_cell.begin(), first_cell.end(), cell);
+    return static_cast<std::size_t>(after - first_cell.begin()) - 1;
   }
-  Schedule schedule;
-  for (std::size_t left = 2 * slabs; left > 0;) {
-    const std::size_t phase = schedule.size();
-    schedule.emplace_back(first.size() - 1);
-    for (std::size_t t = 0; t + 1 < first.size(); ++t) {
-      const auto done = [&](std::size_t s) {
-        return progress[s].pairs < phase || (progress[s].pairs == phase && progress[s].thread == t);
-      };
-      // The slab before or after, if there is one, has had its pairs.
-      const auto before = [&](std::size_t s) {
-        if (s > 0) return done(s - 1);
-        return !wrap || slabs <= 2 || done(slabs - 1);
-      };
-      const auto after = [&](std::size_t s) {
-        if (s + 1 < slabs) return done(s + 1);
-        return !wrap || slabs <= 2 || done(0);
-      };
-      for (std::size_t s = first[t]; s < first[t + 1];) {
-        Progress& p = progress[s];
-        const auto index = static_cast<std::uint32_t>(s);
-        if (p.pairs == kNever && (s % 2 == 0 || (before(s) && after(s)))) {
-          schedule[phase][t].push_back({false, index});
-          p.pairs = phase;
-        } else if (p.finish == kNever && p.pairs != kNever && done(s) && before(s)) {
-          schedule[phase][t].push_back({true, index});
-          p.finish = phase;
-        } else {
-          ++s;
-          continue;
-        }
-        --left;
-        s = first[t];
-      }
+  // Particles of the cells around this one whose pairs with it are the slab's.
+  void PartnersOf(std::int32_t cell, std::size_t s, std::vector<std::int32_t>* near,
+                  std::vector<Range>* ranges) const;
+};
+
+void Division::PartnersOf(std::int32_t cell, std::size_t s, std::vector<std::int32_t>* near,
+                          std::vector<Range>* ranges) const {
+  cells.Neighbourhood(cell, near);
+  ranges->clear();
+  for (const std::int32_t other : *near) {
+    const std::size_t t = SlabOfCell(other);
+    if (t == s ? other <= cell : !Owns(s, t, slabs(), cells.layers_wrap())) continue;
+    const Range range = {*At(cell_start, other), *At(cell_start, other + 1)};
+    if (!ranges->empty() && ranges->back().second == range.first) {
+      ranges->back().second = range.second;
+    } else if (range.first != range.second) {
+      ranges->push_back(range);
     }
   }
-  return schedule;
 }
+
+void Division::FindPairs(std::size_t s, const ParticleStore& particles, const Images& images,
+                         double skin, Slab* slab) const {
+  slab->begin = *At(cell_start, first_cell[s]);
+  slab->end = *At(cell_start, first_cell[s + 1]);
+  slab->start.assign(1, 0);
+  slab->outer_i.clear();
+  slab->outer_j.clear();
+  std::vector<std::int32_t> near;
+  std::vector<Range> ranges;
+  const double* rows = particles.rows();
+  for (std::int32_t cell = first_cell[s]; cell < first_cell[s + 1]; ++cell) {
+    const Range own = {*At(cell_start, cell), *At(cell_start, cell + 1)};
+    if (own.first == own.second) continue;
+    PartnersOf(cell, s, &near, &ranges);
+    for (std::int32_t i = own.first; i < own.second; ++i) {
+      const double* a = rows + OffsetOf(i);
+      const std::int32_t group = *At(particles.group, i);
+      const auto test = [&](std::int32_t j) {
+        const double* b = rows + OffsetOf(j);
+        double d[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+        NearestImage(images, d);
+        const double reach = a[3] + b[3] + skin;
+        if (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] >= reach * reach) return;
+        if (group >= 0 && group == *At(particles.group, j)) return;
+        slab->outer_i.push_back(OffsetOf(i));
+        slab->outer_j.push_back(OffsetOf(j));
+      };
+      for (std::int32_t j = i + 1; j < own.second; ++j) test(j);
+      for (const auto& [from, to] : ranges) {
+        for (std::int32_t j = from; j < to; ++j) test(j);
+      }
+      slab->start.push_back(static_cast<std::int32_t>(slab->outer_i.size()));
+    }
+  }
+}
+
+}  // namespace
 
 void Neighbours::Rebuild(ParticleStore& particles, const Box& box, const Images& images,
                          double skin, const std::vector<std::uint8_t>& removed, Team& team) {
@@ -169,64 +199,14 @@ void Neighbours::Rebuild(ParticleStore& particles, const Box& box, const Images&
   CarryHistories(place);
   particles.Reorder(order);
 
-  const std::vector<std::int32_t> first_cell = DivideIntoSlabs(cells, cell_start);
-  const std::size_t slab_count = first_cell.size() - 1;
-  slabs_.resize(slab_count);
-  particles.ResizePadding(static_cast<int>(slab_count));
-  const auto slab_of_cell = [&](std::int32_t cell) {
-    return static_cast<std::size_t>(std::upper_bound(first_cell.begin(), first_cell.end(), cell) -
-                                    first_cell.begin()) -
-           1;
-  };
-  const double* rows = particles.rows();
+  const Division division = {cells, cell_start, DivideIntoSlabs(cells, cell_start)};
+  slabs_.resize(division.slabs());
+  particles.ResizePadding(static_cast<int>(slabs_.size()));
   team.Run([&](int thread) {
-    std::vector<std::int32_t> near;
-    std::vector<std::pair<std::int32_t, std::int32_t>> ranges;
-    for (std::size_t s = static_cast<std::size_t>(thread); s < slab_count;
+    for (auto s = static_cast<std::size_t>(thread); s < slabs_.size();
          s += static_cast<std::size_t>(team.size())) {
+      division.FindPairs(s, particles, images, skin, &slabs_[s]);
       Slab& slab = slabs_[s];
-      slab.begin = cell_start[static_cast<std::size_t>(first_cell[s])];
-      slab.end = cell_start[static_cast<std::size_t>(first_cell[s + 1])];
-      slab.start.assign(1, 0);
-      slab.outer_i.clear();
-      slab.outer_j.clear();
-      for (std::int32_t cell = first_cell[s]; cell < first_cell[s + 1]; ++cell) {
-        const std::int32_t begin = *At(cell_start, cell);
-        const std::int32_t end = *At(cell_start, cell + 1);
-        if (begin == end) continue;
-        cells.Neighbourhood(cell, &near);
-        ranges.clear();
-        for (const std::int32_t other : near) {
-          const std::size_t t = slab_of_cell(other);
-          if (t == s ? other <= cell : !Owns(s, t, slab_count, cells.layers_wrap())) continue;
-          const std::pair<std::int32_t, std::int32_t> range = {*At(cell_start, other),
-                                                               *At(cell_start, other + 1)};
-          if (!ranges.empty() && ranges.back().second == range.first) {
-            ranges.back().second = range.second;
-          } else if (range.first != range.second) {
-            ranges.push_back(range);
-          }
-        }
-        for (std::int32_t i = begin; i < end; ++i) {
-          const double* a = rows + OffsetOf(i);
-          const std::int32_t group = *At(particles.group, i);
-          const auto test = [&](std::int32_t j) {
-            const double* b = rows + OffsetOf(j);
-            double d[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-            NearestImage(images, d);
-            const double reach = a[3] + b[3] + skin;
-            if (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] >= reach * reach) return;
-            if (group >= 0 && group == *At(particles.group, j)) return;
-            slab.outer_i.push_back(OffsetOf(i));
-            slab.outer_j.push_back(OffsetOf(j));
-          };
-          for (std::int32_t j = i + 1; j < end; ++j) test(j);
-          for (const auto& [from, to] : ranges) {
-            for (std::int32_t j = from; j < to; ++j) test(j);
-          }
-          slab.start.push_back(static_cast<std::int32_t>(slab.outer_i.size()));
-        }
-      }
       slab.source.assign(slab.outer_i.size(), kNone);
       while (slab.outer_i.size() % kPadding != 0) {
         slab.outer_i.push_back(OffsetOf(particles.PaddingRow(static_cast<int>(s))));
@@ -234,6 +214,12 @@ void Neighbours::Rebuild(ParticleStore& particles, const Box& box, const Images&
       }
     }
   });
+  AssignHistories();
+  DivideWork(team.size(), cells.layers_wrap());
+}
+
+// Tells the entries of the outer list which of the carried histories are theirs.
+void Neighbours::AssignHistories() {
   for (std::size_t n = 0; n < carried_.i.size(); ++n) {
     std::size_t s = 0;
     bool swapped = false;
@@ -247,7 +233,6 @@ void Neighbours::Rebuild(ParticleStore& particles, const Box& box, const Images&
     }
     *At(slabs_[s].source, entry) = static_cast<std::int32_t>(n);
   }
-  DivideWork(team.size(), cells.layers_wrap());
 }
 
 // Takes the histories of all contacts that have one out of the lists. `place` maps old indices to

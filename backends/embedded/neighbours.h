@@ -6,6 +6,7 @@
 #include "backends/embedded/contact_lists.h"
 #include "backends/embedded/kernels.h"
 #include "backends/embedded/particle_store.h"
+#include "backends/embedded/schedule.h"
 #include "backends/embedded/team.h"
 
 namespace powdercal::embedded {
@@ -45,20 +46,6 @@ struct Slab {
   std::vector<std::uint8_t> accept;
   std::vector<std::int32_t> accepted;
 };
-
-/// A piece of a step's work: the forces of a slab's pairs, or what remains to be done for its
-/// particles once all their pairs have been.
-struct SlabTask {
-  bool finish = false;
-  std::uint32_t slab = 0;
-};
-
-/// What each thread does in a step. All threads have to end a phase before the next begins. Within
-/// a phase a slab is finished as soon as it can be, while its particles are in the cache.
-using Schedule = std::vector<std::vector<std::vector<SlabTask>>>;  // by phase and thread
-
-/// `first` holds the first slab of each thread, and the end.
-Schedule MakeSchedule(std::span<const std::size_t> first, bool wrap);
 
 class Neighbours {
  public:
@@ -102,6 +89,7 @@ class Neighbours {
     HistoryColumns history;
   };
 
+  void AssignHistories();
   void CarryHistories(const std::vector<std::int32_t>& place);
   void DivideWork(int threads, bool wrap);
   void PruneSlab(std::size_t slab, ParticleStore& particles, const Kernels& kernels,
