@@ -54,7 +54,8 @@ void PowderSpecification::Serialize(Archive& archive) {
 }
 
 void SerializeContactLaw(Archive& archive, ContactLaw& law) {
-  archive.Enumeration("normal", law.normal, "normal contact law", NormalLawNames());
+  // The linear law, with constants that stand for no powder, is for comparing engines.
+  archive.Enumeration("normal", law.normal, "normal contact law", NormalLawNames().first(1));
   archive.Flag("limit_force", law.limit_force);
   archive.Enumeration("tangential", law.tangential, "tangential contact law", TangentialLawNames());
   archive.Enumeration("shear_update", law.shear_update, "update of the shear force",
