@@ -1,5 +1,6 @@
 // Throughput of the embedded DEM engine, with LIGGGHTS beside it: the same settled bed, the same
-// law, the same number of steps, one core, taking turns. See docs/validation/embedded_speed.md.
+// law, the same number of steps, one core, taking turns. Wall clock and processor time: they differ
+// where the machine is busy with other work. See docs/validation/embedded_speed.md.
 
 #include <fmt/format.h>
 #include <sys/resource.h>
@@ -9,6 +10,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -138,20 +140,37 @@ Bed PrepareBed(int particles, const ContactLaw& law, embedded::Isa isa, int thre
 
 // --- Timing -------------------------------------------------------------------------------------
 
+// Particle steps per second [1/s].
+struct Throughput {
+  double wall = 0;  // by the clock on the wall
+  double cpu = 0;   // by the time that the processor gave
+};
+
 struct EmbeddedTiming {
-  double pps = 0;  // [1/s] particle steps per second
+  Throughput pps;
   embedded::Simulation::Counters counters;
   std::int64_t contacts = 0;
 };
+
+// Of this thread [s].
+double CpuSeconds() {
+  timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
 
 EmbeddedTiming TimeEmbedded(const Bed& bed, std::int64_t steps, embedded::Isa isa, int threads) {
   embedded::Simulation simulation(bed.program, *bed.program.particles.packing, {isa, threads});
   simulation.Run(kWarmUp, nullptr);
   const auto begin = std::chrono::steady_clock::now();
+  const double cpu = CpuSeconds();
   const bool done = simulation.Run(steps, nullptr);
+  const double cpu_seconds = CpuSeconds() - cpu;
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
   if (!done) throw std::runtime_error("the embedded engine gave up");
-  return {static_cast<double>(steps) * bed.particles / elapsed.count(), simulation.counters(),
+  const double work = static_cast<double>(steps) * bed.particles;
+  return {{work / elapsed.count(), work / cpu_seconds},
+          simulation.counters(),
           simulation.MakeSurvey().contacts};
 }
 
@@ -169,8 +188,9 @@ class Liggghts {
   Liggghts(const Liggghts&) = delete;
   Liggghts& operator=(const Liggghts&) = delete;
 
-  // Particle steps per second [1/s] of the loop time that LIGGGHTS states for its last run.
-  double Time(std::int64_t steps, double skin) const {
+  // Of the loop time that LIGGGHTS states for its last run, and of its processor time from the
+  // beginning of that run to its end.
+  Throughput Time(std::int64_t steps, double skin) const {
     std::ofstream(folder_ / "deck") << Deck(steps, skin);
     const ProcessResult process =
         RunProcess({.arguments = {"liggghts", "-in", "deck", "-log", "none"},
@@ -185,7 +205,9 @@ class Liggghts {
       throw std::runtime_error("LIGGGHTS " + process.Describe() + ":\n" + process.output);
     }
     const double seconds = std::stod(process.output.substr(mark + kMark.size()));
-    return static_cast<double>(steps) * bed_.particles / seconds;
+    const double cpu_seconds = CpuSecondsAt("end") - CpuSecondsAt("begin");
+    const double work = static_cast<double>(steps) * bed_.particles;
+    return {work / seconds, work / cpu_seconds};
   }
 
  private:
@@ -207,6 +229,13 @@ class Liggghts {
       data << fmt::format("{} {} {} {} {} {} {}\n", s.id, s.velocity[0], s.velocity[1],
                           s.velocity[2], s.spin[0], s.spin[1], s.spin[2]);
     }
+  }
+
+  // The first figure of Linux' schedstat: nanoseconds on a processor.
+  double CpuSecondsAt(const char* name) const {
+    double nanoseconds = 0;
+    std::ifstream(folder_ / name) >> nanoseconds;
+    return 1e-9 * nanoseconds;
   }
 
   // Nothing in it but what the simulation needs: no computes, no output. Particles are sorted in
@@ -241,7 +270,10 @@ class Liggghts {
                           wall.position, options);
     }
     deck += "thermo_style custom step atoms\nthermo 1000000000\nthermo_modify lost error\n";
-    deck += fmt::format("run {} post no\nrun {} post no\n", kWarmUp, steps);
+    deck += fmt::format("run {} post no\n", kWarmUp);
+    deck += "shell \"cat /proc/$PPID/schedstat > begin\"\n";
+    deck += fmt::format("run {} pre no post no\n", steps);
+    deck += "shell \"cat /proc/$PPID/schedstat > end\"\n";
     return deck;
   }
 
@@ -260,7 +292,7 @@ Skin FindSkin(const Liggghts& liggghts, std::int64_t steps) {
   std::vector<double> pps(kSkins.size(), 0);
   for (int round = 0; round < 2; ++round) {
     for (std::size_t n = 0; n < kSkins.size(); ++n) {
-      pps[n] = std::max(pps[n], liggghts.Time(steps, kSkins[n]));
+      pps[n] = std::max(pps[n], liggghts.Time(steps, kSkins[n]).cpu);
     }
   }
   const auto best =
@@ -270,6 +302,21 @@ Skin FindSkin(const Liggghts& liggghts, std::int64_t steps) {
     skin.tried.push_back({{"skin", kSkins[n]}, {"pps", pps[n]}});
   }
   return skin;
+}
+
+struct Samples {
+  std::vector<double> wall;
+  std::vector<double> cpu;
+  void Add(const Throughput& pps) {
+    wall.push_back(pps.wall);
+    cpu.push_back(pps.cpu);
+  }
+};
+
+double MedianRatio(const std::vector<double>& a, const std::vector<double>& b) {
+  std::vector<double> ratios;
+  for (std::size_t n = 0; n < a.size(); ++n) ratios.push_back(a[n] / b[n]);
+  return Median(ratios);
 }
 
 nlohmann::json MeasureCase(const Bed& bed, embedded::Isa isa, const Options& options) {
@@ -283,47 +330,47 @@ nlohmann::json MeasureCase(const Bed& bed, embedded::Isa isa, const Options& opt
     result["liggghts_skin"] = skin.best;
     result["liggghts_skins_tried"] = skin.tried;
   } else {
-    skin.pps = TimeEmbedded(bed, static_cast<std::int64_t>(trial), isa, 1).pps;
+    skin.pps = TimeEmbedded(bed, static_cast<std::int64_t>(trial), isa, 1).pps.cpu;
   }
   const auto steps = static_cast<std::int64_t>(options.seconds * skin.pps / bed.particles) + 1;
-  std::vector<double> embedded_pps;
-  std::vector<double> liggghts_pps;
-  std::vector<double> ratios;
+  Samples embedded_samples;
+  Samples liggghts_samples;
   EmbeddedTiming timing;
   for (int repeat = 0; repeat < options.repeats; ++repeat) {
-    if (liggghts) liggghts_pps.push_back(liggghts->Time(steps, skin.best));
+    if (liggghts) liggghts_samples.Add(liggghts->Time(steps, skin.best));
     timing = TimeEmbedded(bed, steps, isa, 1);
-    embedded_pps.push_back(timing.pps);
-    if (liggghts) ratios.push_back(embedded_pps.back() / liggghts_pps.back());
+    embedded_samples.Add(timing.pps);
   }
   const double n = bed.particles;
+  const auto run = static_cast<double>(kWarmUp + steps);
   result["steps"] = steps;
-  result["embedded_pps"] = Median(embedded_pps);
-  result["embedded_samples"] = embedded_pps;
+  result["embedded_pps"] = Median(embedded_samples.wall);
+  result["embedded_cpu_pps"] = Median(embedded_samples.cpu);
+  result["embedded_samples"] = embedded_samples.wall;
   result["pairs_per_particle"] = static_cast<double>(timing.counters.pairs) / n;
   result["contacts_per_particle"] = static_cast<double>(timing.contacts) / n;
-  result["steps_per_prune"] =
-      static_cast<double>(kWarmUp + steps) / static_cast<double>(timing.counters.prunes);
-  result["steps_per_rebuild"] =
-      static_cast<double>(kWarmUp + steps) / static_cast<double>(timing.counters.rebuilds);
+  result["steps_per_prune"] = run / static_cast<double>(timing.counters.prunes);
+  result["steps_per_rebuild"] = run / static_cast<double>(timing.counters.rebuilds);
   if (liggghts) {
-    result["liggghts_pps"] = Median(liggghts_pps);
-    result["liggghts_samples"] = liggghts_pps;
-    result["ratio"] = Median(ratios);
+    result["liggghts_pps"] = Median(liggghts_samples.wall);
+    result["liggghts_cpu_pps"] = Median(liggghts_samples.cpu);
+    result["liggghts_samples"] = liggghts_samples.wall;
+    result["ratio"] = MedianRatio(embedded_samples.wall, liggghts_samples.wall);
+    result["cpu_ratio"] = MedianRatio(embedded_samples.cpu, liggghts_samples.cpu);
   }
   return result;
 }
 
 nlohmann::json MeasureThreads(const Bed& bed, embedded::Isa isa, const Options& options) {
-  const double alone = TimeEmbedded(bed, kWarmUp, isa, 1).pps;
+  const double alone = TimeEmbedded(bed, kWarmUp, isa, 1).pps.cpu;
   const auto steps = static_cast<std::int64_t>(options.seconds * alone / bed.particles) + 1;
   nlohmann::json results = nlohmann::json::array();
   for (const int threads : options.threads) {
     if (threads < 2) continue;
     std::vector<double> speedups;
     for (int repeat = 0; repeat < options.repeats; ++repeat) {
-      const double one = TimeEmbedded(bed, steps, isa, 1).pps;
-      speedups.push_back(TimeEmbedded(bed, steps, isa, threads).pps / one);
+      const double one = TimeEmbedded(bed, steps, isa, 1).pps.wall;
+      speedups.push_back(TimeEmbedded(bed, steps, isa, threads).pps.wall / one);
     }
     results.push_back({{"particles", bed.particles},
                        {"threads", threads},
@@ -397,10 +444,11 @@ nlohmann::json MeasureMemory(embedded::Isa isa) {
 // --- Output -------------------------------------------------------------------------------------
 
 void PrintCase(const nlohmann::json& c) {
-  std::string liggghts = "         -      -       -";
+  std::string liggghts = "         -      -      -      -";
   if (c.contains("liggghts_pps")) {
-    liggghts = fmt::format("{:10.3g} {:6.2f} {:7.1f}", c["liggghts_pps"].get<double>(),
-                           c["ratio"].get<double>(), 1e6 * c["liggghts_skin"].get<double>());
+    liggghts = fmt::format("{:10.3g} {:6.2f} {:6.2f} {:6.1f}", c["liggghts_pps"].get<double>(),
+                           c["ratio"].get<double>(), c["cpu_ratio"].get<double>(),
+                           1e6 * c["liggghts_skin"].get<double>());
   }
   fmt::print("{:9} {:10} {:5} {:10.3g} {} {:6.2f} {:8.2f} {:7.0f} {:8.0f}\n",
              c["particles"].get<int>(), c["tangential"].get<std::string>(),
@@ -411,14 +459,17 @@ void PrintCase(const nlohmann::json& c) {
 }
 
 void PrintHead(const nlohmann::json& report) {
-  fmt::print("{}, {}, {} lanes; throughput in particle steps per second (1/s), medians\n",
+  fmt::print("{}, {}, {} lanes; throughput in particle steps per second (1/s), medians;\n",
              report["cpu"].get<std::string>(), report["isa"].get<std::string>(),
              report["lanes"].get<int>());
-  fmt::print("{:>9} {:10} {:5} {:>10} {:>10} {:>6} {:>7} {:>6} {:>8} {:>7} {:>8}\n", "particles",
-             "tangential", "roll", "embedded", "LIGGGHTS", "ratio", "skin/um", "pairs", "contacts",
-             "steps/", "steps/");
-  fmt::print("{:>9} {:10} {:5} {:>10} {:>10} {:>6} {:>7} {:>6} {:>8} {:>7} {:>8}\n", "", "", "", "",
-             "", "", "", "/part.", "/part.", "prune", "rebuild");
+  fmt::print("ratios by the wall clock and by processor time; skin of LIGGGHTS in µm\n");
+  const auto line = [](const auto&... words) {
+    fmt::print("{:>9} {:10} {:5} {:>10} {:>10} {:>6} {:>6} {:>6} {:>6} {:>8} {:>7} {:>8}\n",
+               words...);
+  };
+  line("particles", "tangential", "roll", "embedded", "LIGGGHTS", "ratio", "ratio", "skin", "pairs",
+       "contacts", "steps/", "steps/");
+  line("", "", "", "", "", "", "cpu", "", "/part.", "/part.", "prune", "rebuild");
 }
 
 void PrintMemory(const nlohmann::json& memory) {
