@@ -312,6 +312,49 @@ TEST(CdtInTwoEngines, RoundingDecidesWhereNothingSpins) {
   EXPECT_GT(difference, 1e-6);
 }
 
+// Pairs that meet across the sides and the edge of a box that is periodic in x and y.
+TEST(ContactsAcrossPeriodicSides, MoveAlike) {
+  const double half = 1.1 * kHalfBox;
+  const double v = kSpeed;
+  const double w = kSpin;
+  const double r = kRadius;
+  Program program =
+      InBox({Ball(1, r, {half - 0.6 * r, 0, 0}, {v, 0, 0.4 * v}, {0, w, 0}),
+             Ball(2, r, {-half + 1.41 * r, 0, 0}, {-v, 0, 0}, {w, w, 0}),
+             Ball(3, r, {half - 0.7 * r, half - 0.7 * r, 0}, {v, v, 0}, {0, 0, w}),
+             Ball(4, r / 2, {-half + 0.37 * r, -half + 0.37 * r, 0}, {0, -v, v}, {w, 0, w})});
+  program.domain.boundaries = {Boundary::periodic, Boundary::periodic, Boundary::open};
+  program.law.cohesion = Cohesion::sjkr2;
+  program.law.rolling = Rolling::epsd2;
+  SetContact(program, {.restitution = 0.6,
+                       .friction = 0.3,
+                       .rolling_friction = 0.2,
+                       .cohesion_energy_density = 10'000});
+  program.stages = {
+      Advance{.duration = kEvery * kFrames * program.time_step, .packing_every = kEvery}};
+  const TwoTraces traces = RunBoth(program);
+  ASSERT_TRUE(traces.liggghts.outcome.ok()) << traces.liggghts.outcome.message;
+  ASSERT_EQ(traces.embedded.moments.size(), traces.liggghts.moments.size());
+  double worst = 0;
+  for (std::size_t frame = 0; frame < traces.embedded.moments.size(); ++frame) {
+    for (std::size_t n = 0; n < 4; ++n) {
+      const Sphere& p = traces.embedded.moments[frame].packing[n];
+      const Sphere& q = traces.liggghts.moments[frame].packing[n];
+      Vector3 apart = p.position - q.position;
+      for (double& x : apart) x -= 2 * half * std::round(x / (2 * half));
+      worst = std::max({worst, Length(apart) / r, Length(p.velocity - q.velocity) / v,
+                        r * Length(p.spin - q.spin) / v});
+    }
+  }
+  Measured("across periodic sides", worst);
+  EXPECT_LT(worst, 1e-9);
+  const Packing& end = traces.liggghts.moments.back().packing;
+  for (std::size_t n = 0; n < 4; ++n) {
+    const Sphere& start = (*program.particles.packing)[n];
+    EXPECT_GT(Length(end[n].velocity - start.velocity), 0.1 * v) << "no collision of " << n + 1;
+  }
+}
+
 // LIGGGHTS begins with a look at the forces, in which the torque of epsd2 is that of a spring which
 // has gone on by a step, though it is not kept. The embedded engine's has not. That makes a
 // difference of half a step's torque to contacts that roll from the start: none of those above.

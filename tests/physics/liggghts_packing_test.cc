@@ -1,5 +1,6 @@
 #include <functional>
 #include <future>
+#include <set>
 
 #include "experiments/consolidation.h"
 #include "experiments/packing_measures.h"
@@ -17,7 +18,13 @@ constexpr double kErrors = 3;  // largest difference of two means, in its standa
 constexpr double kVoidRatio = 0.02;
 constexpr double kRelativeHeight = 0.02;  // of the settled bed's centre of mass
 constexpr double kCoordination = 0.1;
-constexpr double kUnderLoad = 3e-3;  // [s] from the end of the loading to the measurement
+// What the lid's stress may be off by. Where beds creep, LIGGGHTS' servo, which is proportional,
+// stays below its target; the engine's has an integral term.
+constexpr double kStress = 0.05;
+constexpr double kStressOfCreep = 0.10;
+constexpr double kSettling = 3e-3;  // [s]
+// From the placing of the lid to the measurement, in units of d √(rho/stress).
+constexpr double kLoading = 50;
 
 struct Sample {
   std::vector<double> values;
@@ -89,8 +96,9 @@ struct Case {
   }
 };
 
-// Prepared as the consolidation experiment does it; then a fixed time under load, so that beds
-// which creep without end (no_history) are compared at the same age.
+// As the consolidation experiment does it, but by the clock: beds that creep without end
+// (no_history) have to be compared at the same age, and whether the two servos reach their stress
+// at the same time is chance. A servo of 999 steps ends after 1000 in both engines.
 Program Bed(const Case& c, std::uint64_t seed) {
   constexpr double d = 29e-6;
   constexpr double width = 10 * d;
@@ -137,12 +145,12 @@ Program Bed(const Case& c, std::uint64_t seed) {
   }
   program.stages = {
       Insert{.top = top, .velocity = {0, 0, -0.1}},
-      Settle{.kinetic_energy_ratio = 0.18,
-             .check_interval = 2.75e-4,
-             .min_duration = 1e-3,
-             .max_duration = 2e-2},
-      Servo{.wall = "lid", .stress = c.stress, .max_velocity = 0.1, .max_duration = 2e-2},
-      Advance{.name = "loaded", .duration = kUnderLoad}};
+      Advance{.name = "settle", .duration = kSettling},
+      Servo{.wall = "lid",
+            .stress = c.stress,
+            .max_velocity = 0.1,
+            .max_duration = 999 * program.time_step},
+      Advance{.name = "loaded", .duration = kLoading * d * std::sqrt(kDensity / c.stress)}};
   return program;
 }
 
@@ -191,21 +199,25 @@ TEST_P(BedsInTwoEngines, PackAlike) {
   Figure height{.name = "settled height over L"};
   Figure z{.name = "coordination"};
   const double width = programs[0].domain.upper[0];
+  std::set<std::int64_t> ages;  // [steps]
   RunAll(programs, [&](std::size_t n, const TwoTraces& traces) {
     const auto add = [&](const Trace& trace, Sample Figure::*side) {
       const BedFigures bed = Measure(programs[n], trace);
       (e.*side).values.push_back(bed.void_ratio);
       (height.*side).values.push_back(bed.settled_height / width);
       (z.*side).values.push_back(bed.coordination);
-      EXPECT_NEAR(bed.stress / GetParam().stress, 1, 0.02);
-      std::printf("[ run ] seed %zu: e %.4f, height %.4f, Z %.3f, stress %.1f Pa, at %.2f ms\n",
+      const bool creeps = GetParam().tangential == ContactLaw::Tangential::no_history;
+      EXPECT_NEAR(bed.stress / GetParam().stress, 1, creeps ? kStressOfCreep : kStress);
+      std::printf("[ run ] seed %zu: e %.4f, height %.4f, Z %.3f, stress %.1f Pa at %.3f ms\n",
                   n + 1, bed.void_ratio, bed.settled_height / width, bed.coordination, bed.stress,
                   1e3 * bed.time);
+      ages.insert(std::llround(bed.time / programs[n].time_step));
     };
     add(traces.liggghts, &Figure::liggghts);
     add(traces.embedded, &Figure::embedded);
   });
   if (HasFatalFailure()) return;
+  EXPECT_EQ(ages.size(), 1u) << "all beds are of one age";
   const std::string where = GetParam().Name();
   e.Expect(where, kVoidRatio);
   height.Expect(where, kRelativeHeight * height.liggghts.Mean());
