@@ -87,9 +87,15 @@ class Backend {
   /// width); part of the cache key. Requires Prepare().
   virtual std::string Fingerprint() const { return ""; }
 
-  /// Particle steps per second of one run on one core [1/s], for estimates of cost (measured; see
-  /// docs/backends.md); 0: no simulation, no cost.
-  virtual double Throughput() const { return 0; }
+  /// How it runs, for people, where that is not plain from name and version: "avx512, 2 threads".
+  virtual std::string Describe() const { return ""; }
+
+  /// Cores that one run keeps busy; a study with `parallel: 0` starts as many runs as fit.
+  virtual int cores() const { return 1; }
+
+  /// Particle steps per second [1/s] of one run of this program, for estimates of cost (measured;
+  /// see docs/backends.md); 0: no simulation, no cost.
+  virtual double Throughput(const Program& /*program*/) const { return 0; }
 
   /// "" if the program can be run, else the reason why not.
   virtual std::string ExplainUnsupported(const Program& program) const = 0;

@@ -47,8 +47,10 @@ void PrintText(Study& study, const Planner& planner, const std::string& blocked)
   for (const PlannedRun& run : planner.Plan(centre, 0)) Print("{}", DescribeProgram(run.program));
   const Backend& backend = *study.backend.backend;
   const Availability& availability = planner.availability();
-  Print("  backend: {} {}\n  optimizer: {}\n", backend.name(),
-        availability.available ? availability.version : "(absent)", study.optimizer->Describe());
+  const std::string how = backend.Describe();
+  Print("  backend: {} {}{}\n  optimizer: {}\n", backend.name(),
+        availability.available ? availability.version : "(absent)",
+        how.empty() ? "" : " (" + how + ")", study.optimizer->Describe());
   Print("\n# scaling '{}': {}\n", study.scaling->name(), study.scaling->Describe());
   if (study.scaling->ExplainUnsupported(planner.Laboratory(0)).empty()) {
     for (const ScalingTable& table : planner.ScalingTables(centre)) {
@@ -98,6 +100,7 @@ void PrintJson(Study& study, const Planner& planner, const std::string& blocked)
                           {{"name", study.backend.backend->name()},
                            {"available", availability.available},
                            {"version", availability.version},
+                           {"description", study.backend.backend->Describe()},
                            {"simulates", study.backend.backend->simulates()}}},
                          {"programs", programs},
                          {"pi_groups", groups},

@@ -25,6 +25,7 @@ json ListBackends() {
                     {"available", availability.available},
                     {"version", availability.version},
                     {"why_not", availability.why_not},
+                    {"description", backend->Describe()},
                     {"simulates", backend->simulates()}});
   }
   return list;
@@ -86,9 +87,9 @@ void PrintKind(const std::string& kind, const json& list) {
     if (kind == "backends") {
       const bool available = item.at("available");
       rows.push_back({item.at("name"), available ? Text(item, "version") : "absent",
-                      available
-                          ? (item.at("simulates") ? "" : "no simulation: a surrogate of a table")
-                          : Text(item, "why_not")});
+                      available ? (item.at("simulates") ? Text(item, "description")
+                                                        : "no simulation: a surrogate of a table")
+                                : Text(item, "why_not")});
     } else if (kind == "experiments") {
       for (const json& response : item.at("responses")) {
         rows.push_back({Text(item, "name") + "." + Text(response, "name"), Text(response, "unit"),

@@ -121,6 +121,7 @@ json ToJson(const LedgerRun& run) {
           {"message", run.outcome.message},
           {"responses", responses},
           {"diagnostics", diagnostics},
+          {"figures", run.diagnostics.figures},
           {"law", run.diagnostics.law},
           {"program_hash", run.program_hash},
           {"backend", run.backend},
@@ -145,6 +146,9 @@ void PrintText(const LedgerRun& run) {
   rows.push_back({"time_step", fmt::format("{:.4g}", run.diagnostics.time_step)});
   rows.push_back(
       {"kinetic_energy_ratio", fmt::format("{:.3g}", run.diagnostics.kinetic_energy_ratio)});
+  for (const auto& [name, value] : run.diagnostics.figures) {
+    rows.push_back({name, fmt::format("{:.6g}", value)});
+  }
   rows.push_back({"law", run.diagnostics.law});
   Print(" diagnostics (SI)\n{}", AlignedTable(rows));
 }

@@ -17,7 +17,7 @@ constexpr Shorthand kShorthands[] = {
     {"--optimizer", "optimizer",
      "another optimizer with its defaults (see `powdercal list optimizers`)"},
     {"--evaluations", "budget.evaluations", "number of parameter points"},
-    {"--parallel", "budget.parallel", "simulations at a time; 0: one for each core"},
+    {"--parallel", "budget.parallel", "simulations at a time; 0: as many as keep all cores busy"},
     {"--wall-time", "budget.wall_time", "limit of the whole study, e.g. '2 h'"},
     {"--run-timeout", "budget.run_timeout", "limit of one simulation, e.g. '10 min'"},
 };

@@ -189,11 +189,11 @@ Planner::Cost Planner::EstimateCost() const {
   const auto experiments = static_cast<int>(study_.experiments.size());
   Cost cost{.runs = experiments * (study_.budget.evaluations * backend.replicates +
                                    backend.confirm_replicates - backend.replicates)};
-  const double throughput = backend.backend->Throughput();
   for (const PlannedRun& run : Plan(Centre(), 0)) {
     const double duration =
         study_.experiments[run.experiment].experiment->ExpectedDuration(run.program);
     const double steps = duration / run.program.time_step;
+    const double throughput = backend.backend->Throughput(run.program);
     cost.steps_per_run += steps / experiments;
     if (throughput > 0) {
       cost.seconds_per_run += steps * run.program.particles.count / throughput / experiments;

@@ -229,6 +229,18 @@ void CheckConsistency(const Study& study, const Archive& archive) {
   if (!reason.empty()) throw archive.ErrorAt("optimizer", reason);
 }
 
+int Cores() { return std::max(1, static_cast<int>(std::thread::hardware_concurrency())); }
+
+// Runs of several threads each, more of them than there is room for.
+void WarnOfCrowding(Study& study) {
+  const int each = study.backend.backend->cores();
+  const int all = study.budget.parallel * each;
+  if (each == 1 || each > Cores() || all <= Cores()) return;
+  study.warnings.push_back(
+      fmt::format("budget.parallel: {} runs of {} threads each are slower on {} cores than {}",
+                  study.budget.parallel, each, Cores(), Cores() / each));
+}
+
 std::vector<std::string> PrepareBackend(Study& study) {
   BackendProblem problem{.base_folder = study.base_folder};
   for (const Parameter& p : study.space.parameters) {
@@ -264,6 +276,7 @@ Study Study::Parse(const std::string& text, const std::string& file,
       },
       overrides);
   study.warnings = PrepareBackend(study);
+  WarnOfCrowding(study);
   return study;
 }
 
@@ -332,7 +345,7 @@ std::vector<const ObservedResponse*> Study::Observations() const {
 
 int Study::parallel() const {
   if (budget.parallel > 0) return budget.parallel;
-  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  return std::max(1, Cores() / backend.backend->cores());
 }
 
 std::filesystem::path LibraryFolder() {

@@ -57,7 +57,7 @@ struct BackendSpecification {
 
 struct Budget {
   int evaluations = 40;               ///< parameter points, failed ones included
-  int parallel = 0;                   ///< runs in flight at a time; 0: one for each core
+  int parallel = 0;                   ///< runs in flight at a time; 0: as many as fill the cores
   std::optional<double> wall_time;    ///< [s] of the whole study, over all its sessions
   std::optional<double> run_timeout;  ///< [s] of one run
   bool deterministic = false;         ///< tell results in asking order, whatever finishes first
@@ -100,7 +100,7 @@ struct Study {
   Objectives MakeObjectives() const;
   /// "consolidation.void_ratio" → the observation behind each target, in MakeObjectives() order.
   std::vector<const ObservedResponse*> Observations() const;
-  int parallel() const;  ///< budget.parallel with 0 replaced by the number of cores
+  int parallel() const;  ///< budget.parallel with 0 replaced by the runs that fit on the cores
 };
 
 /// Names and units of the parameters that a study may free, sorted by name.

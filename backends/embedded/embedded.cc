@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <thread>
@@ -42,16 +44,25 @@ class EmbeddedBackend final : public Backend {
                        {.key = "backend.isa", .value = isa_});
     }
     std::vector<std::string> warnings;
-    const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
-    if (static_cast<unsigned>(threads_) > cores) {
+    if (threads_ > MachineCores()) {
       warnings.push_back(fmt::format("backend.threads: {} threads on {} cores are slower than {}",
-                                     threads_, cores, cores));
+                                     threads_, MachineCores(), MachineCores()));
     }
     return warnings;
   }
 
-  // Measured with history, AVX-512: docs/validation/embedded.md.
-  double Throughput() const override { return 4e7; }
+  std::string Describe() const override {
+    return fmt::format("built in, {}, {} thread{}", embedded::IsaNames()[IsaIndex()], threads_,
+                       threads_ == 1 ? "" : "s");
+  }
+
+  int cores() const override { return threads_; }
+
+  // Of the quickstart study's beds, on one core of an EPYC that others shared.
+  double Throughput(const Program&) const override {
+    static constexpr std::array kOneThread = {1.2e7, 2.5e7, 4e7};
+    return kOneThread.at(IsaIndex()) * std::min(threads_, MachineCores());
+  }
 
   std::string ExplainUnsupported(const Program& program) const override {
     return embedded::ExplainUnsupported(program);
@@ -101,6 +112,12 @@ class EmbeddedBackend final : public Backend {
     }
     return embedded::BestIsa();
   }
+
+  static int MachineCores() {
+    return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  }
+
+  std::size_t IsaIndex() const { return static_cast<std::size_t>(WantedIsa()); }
 
   int threads_ = 1;
   std::string isa_ = "auto";

@@ -71,7 +71,7 @@ class LiggghtsBackend final : public Backend {
     return known[program] = Probe(program);
   }
 
-  double Throughput() const override { return 5.5e6; }
+  double Throughput(const Program&) const override { return 5.5e6; }
 
   std::string ExplainUnsupported(const Program& program) const override {
     return liggghts::ExplainUnsupported(program);

@@ -43,6 +43,23 @@ TEST(Check, JsonHoldsTheSame) {
   EXPECT_THAT(Listing(folder.path()), IsEmpty());
 }
 
+TEST(Check, SaysHowTheEmbeddedEngineWillRun) {
+  const TemporaryFolder folder;
+  const Streams text =
+      PowdercalStreams({"check", "quickstart", "--set", "backend.isa=portable"}, folder.path());
+  EXPECT_EQ(text.exit_status, 0);
+  EXPECT_THAT(text.output, HasSubstr("backend: embedded 1 (built in, portable, 1 thread)"));
+  const auto check = [&](const std::string& option) {
+    return json::parse(
+        PowdercalStreams({"check", "quickstart", "--json", "--set", option}, folder.path()).output);
+  };
+  const json many = check("backend.threads=256");
+  EXPECT_THAT(many.at("warnings").dump(), HasSubstr("backend.threads: 256 threads on "));
+  EXPECT_THAT(many.at("backend").at("description").get<std::string>(), HasSubstr("256 threads"));
+  EXPECT_GT(check("backend.isa=portable").at("cost").at("seconds"),
+            check("backend.isa=auto").at("cost").at("seconds").get<double>() / 2);
+}
+
 TEST(Check, TheResolvedStudyIsTheStudy) {
   const TemporaryFolder folder;
   const auto check = [&](const std::string& study) {
@@ -95,6 +112,13 @@ TEST(List, JsonNamesWhatThereIs) {
       json::parse(PowdercalStreams({"list", "studies", "--json"}, folder.path()).output);
   EXPECT_EQ(one.size(), 1u);
   EXPECT_TRUE(std::filesystem::exists(one.at("studies").at(0).at("file").get<std::string>()));
+}
+
+TEST(List, TheEmbeddedEngineIsAlwaysThere) {
+  const TemporaryFolder folder;
+  const ProcessResult result =
+      Powdercal({"list", "backends"}, folder.path(), {{"PATH", "/nonexistent"}});
+  EXPECT_THAT(result.output, HasSubstr("embedded  1       built in, "));
 }
 
 TEST(List, SaysWhyASimulatorIsAbsent) {

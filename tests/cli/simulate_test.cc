@@ -42,6 +42,26 @@ TEST(Simulate, JsonByNameAndUnit) {
   }
 }
 
+TEST(Simulate, WritesSnapshotsOfTheQuickstart) {
+  const TemporaryFolder folder;
+  const Streams result =
+      PowdercalStreams({"simulate", "quickstart", "-p", "k=7000", "-p", "mu_r=0.4", "--snapshots",
+                        "1 ms", "--out", "x", "--json"},
+                       folder.path());
+  ASSERT_EQ(result.exit_status, 0) << result.error;
+  const json run = json::parse(result.output).at("runs").at(0);
+  EXPECT_EQ(run.at("outcome"), "ok");
+  EXPECT_EQ(run.at("backend"), "embedded");
+  EXPECT_GT(run.at("figures").at("particle_steps_per_second"), 0);
+  const std::filesystem::path snapshots = run.at("snapshots").get<std::string>();
+  EXPECT_THAT(result.error, HasSubstr("snapshots: " + snapshots.string()));
+  for (const char* list : {"particles.pvd", "walls.pvd"}) {
+    const std::string text = ReadFile(folder.path() / snapshots / list);
+    EXPECT_THAT(text, HasSubstr("timestep=\"0\"")) << list;
+    EXPECT_THAT(text, HasSubstr("timestep=\"0.00")) << list;
+  }
+}
+
 struct Mistake {
   std::vector<std::string> arguments;
   std::vector<std::string> message;  // pieces of it
@@ -79,7 +99,8 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{{"-p", "k=1", "-p", "mu_r=0.1", "--out", "/proc/powdercal"},
                 {"/proc/powdercal: cannot write the folder"}},
         Mistake{{"-p", "k=1", "-p", "mu_r=0.1", "--snapshots", "0.1 ms"},
-                {"command line: --snapshots: backend 'table' writes no snapshots; "}},
+                {"command line: --snapshots: backend 'table' writes no snapshots; use --backend "
+                 "embedded"}},
         Mistake{{"-p", "k=1", "-p", "mu_r=0.1", "--snapshots", "often"},
                 {"command line: --snapshots: 'often' is not a number"}},
         Mistake{{"-p", "k=1", "-p", "mu_r=0.1", "--snapshots", "0.1"},

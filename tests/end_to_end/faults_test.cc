@@ -16,7 +16,7 @@ using namespace std::chrono_literals;
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
 
-// Four points, each simulated once, all of them: no tolerance ends the study early.
+// Four points on LIGGGHTS, each simulated once, all of them: no tolerance ends the study early.
 std::string FourPoints() {
   std::string text = StudyText("quickstart", "          tolerance: 0.01\n");
   const std::size_t begin = text.find("optimizer:");
@@ -30,6 +30,8 @@ std::string FourPoints() {
                "    - {cohesion_energy_density: 1 kJ/m3, rolling_friction: 0.1}");
   const std::string replicates = "replicates: 3, confirm_replicates: 6";
   text.replace(text.find(replicates), replicates.size(), "replicates: 1, confirm_replicates: 1");
+  const std::string backend = "name: embedded";
+  text.replace(text.find(backend), backend.size(), "name: liggghts");
   return text;
 }
 

@@ -9,17 +9,13 @@
 #include "tests/support/program.h"
 #include "tests/support/simulators.h"
 
-// SIGKILL in the middle of a study on the real LIGGGHTS.
+// SIGKILL and SIGTERM in the middle of a study, on each simulator.
 
 namespace powdercal {
 namespace {
 
 using namespace std::chrono_literals;
 namespace fs = std::filesystem;
-
-const std::vector<std::string> kArguments = {
-    "run", "quickstart", "--evaluations",        "5",     "--parallel",
-    "2",   "--set",      "backend.replicates=1", "--set", "backend.confirm_replicates=2"};
 
 std::map<std::string, std::int64_t> RunsByKey(const fs::path& folder) {
   std::map<std::string, std::int64_t> keys;
@@ -52,53 +48,96 @@ pid_t Start(std::vector<std::string> arguments) {
   return child;
 }
 
-TEST(Kill, NothingFinishedIsRepeatedAndNoSimulatorIsLeft) {
-  const TemporaryFolder folder;
-  const fs::path path = folder / "x";
-  std::vector<std::string> arguments = kArguments;
-  arguments.insert(arguments.end(), {"--out", path.string()});
+// The parameter is the backend's name.
+class Kill : public ::testing::TestWithParam<const char*> {
+ protected:
+  std::vector<std::string> Arguments() const {
+    return {"run",           "quickstart",
+            "--backend",     GetParam(),
+            "--out",         path_.string(),
+            "--parallel",    "2",
+            "--set",         "backend.replicates=1",
+            "--set",         "backend.confirm_replicates=2",
+            "--evaluations", "5"};
+  }
 
-  const pid_t child = Start(arguments);
-  // Not before a simulator works: the ledger may still be in the making.
-  ASSERT_TRUE(WaitFor([&] { return !SimulatorsIn(path).empty(); }, 60s));
-  ASSERT_TRUE(
-      WaitFor([&] { return RunsByKey(path).size() >= 2 && !SimulatorsIn(path).empty(); }, 300s));
+  // Whether it is at work: then the ledger is whole, and simulations run.
+  bool WaitForStart() const {
+    return WaitFor(
+        [&] {
+          if (GetParam() == std::string("liggghts")) return !SimulatorsIn(path_).empty();
+          try {
+            return !Ledger(path_ / "ledger.sqlite", Ledger::Mode::read_only).Events().empty();
+          } catch (const std::exception&) {  // still in the making
+            return false;
+          }
+        },
+        60s);
+  }
+
+  TemporaryFolder folder_;
+  fs::path path_ = folder_ / "x";
+};
+
+TEST_P(Kill, NothingFinishedIsRepeatedAndNoSimulatorIsLeft) {
+  const pid_t child = Start(Arguments());
+  ASSERT_TRUE(WaitForStart());
+  ASSERT_TRUE(WaitFor([&] { return RunsByKey(path_).size() >= 2; }, 300s));
   kill(child, SIGKILL);
-  waitpid(child, nullptr, 0);
-  EXPECT_TRUE(WaitFor([&] { return SimulatorsIn(path).empty(); }, 10s)) << "orphans";
-  const auto before = RunsByKey(path);
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_TRUE(WIFSIGNALED(status)) << "it had come to its end before";
+  EXPECT_TRUE(WaitFor([&] { return SimulatorsIn(path_).empty(); }, 10s)) << "orphans";
+  const auto before = RunsByKey(path_);
   ASSERT_GE(before.size(), 2u);
 
-  const ProcessResult again = Powdercal(arguments, folder.path());
+  const ProcessResult again = Powdercal(Arguments(), folder_.path());
   ASSERT_EQ(again.exit_status, 0) << again.output;
-  const auto after = RunsByKey(path);
+  const auto after = RunsByKey(path_);
   for (const auto& [key, id] : before) {
     ASSERT_TRUE(after.contains(key)) << "lost";
     EXPECT_EQ(after.at(key), id) << "replaced";
   }
-  const nlohmann::json results = ReadJson(path / "results.json");
+  const nlohmann::json results = ReadJson(path_ / "results.json");
   EXPECT_EQ(results["evaluations"]["total"], 5);
   EXPECT_EQ(after.size(), 5u + 1u) << "one run a point, and one more to confirm the best";
 }
 
-TEST(Kill, TerminateIsGracefulAndResumable) {
-  const TemporaryFolder folder;
-  const fs::path path = folder / "x";
-  std::vector<std::string> arguments = kArguments;
-  arguments.insert(arguments.end(), {"--out", path.string()});
-  const pid_t child = Start(arguments);
-  ASSERT_TRUE(WaitFor([&] { return !SimulatorsIn(path).empty(); }, 60s));
+TEST_P(Kill, TerminateIsGracefulPromptAndResumable) {
+  const pid_t child = Start(Arguments());
+  ASSERT_TRUE(WaitForStart());
+  const auto sent = std::chrono::steady_clock::now();
   kill(child, SIGTERM);
   int status = 0;
   waitpid(child, &status, 0);
+  EXPECT_LT(std::chrono::steady_clock::now() - sent, 10s);
   ASSERT_TRUE(WIFEXITED(status));
   EXPECT_EQ(WEXITSTATUS(status), 3);
-  EXPECT_TRUE(SimulatorsIn(path).empty());
-  EXPECT_TRUE(fs::exists(path / "report.html")) << "what is known so far is reported";
-  for (const LedgerRun& run : Ledger(path / "ledger.sqlite", Ledger::Mode::read_only).Runs()) {
+  EXPECT_TRUE(SimulatorsIn(path_).empty());
+  EXPECT_TRUE(fs::exists(path_ / "report.html")) << "what is known so far is reported";
+  for (const LedgerRun& run : Ledger(path_ / "ledger.sqlite", Ledger::Mode::read_only).Runs()) {
     EXPECT_NE(run.outcome.reason, Reason::cancelled) << "a cancelled run is no result";
   }
 }
+
+// At standard fidelity a simulation takes some seconds, which a stop must not wait for.
+TEST_P(Kill, SimulationsInFlightStopAtOnce) {
+  std::vector<std::string> arguments = Arguments();
+  arguments.insert(arguments.end(), {"--fidelity", "standard"});
+  const pid_t child = Start(arguments);
+  ASSERT_TRUE(WaitForStart());
+  std::this_thread::sleep_for(300ms);
+  const auto sent = std::chrono::steady_clock::now();
+  kill(child, SIGINT);
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_LT(std::chrono::steady_clock::now() - sent, 2s);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 3);
+}
+
+INSTANTIATE_TEST_SUITE_P(Backends, Kill, ::testing::Values("embedded", "liggghts"),
+                         [](const auto& parameter) { return std::string(parameter.param); });
 
 }  // namespace
 }  // namespace powdercal

@@ -2,7 +2,9 @@
 
 #include <gmock/gmock.h>
 
+#include <atomic>
 #include <cmath>
+#include <new>
 
 #include "tests/support/program.h"
 
@@ -183,6 +185,47 @@ TEST(Runner, AnotherVersionOfTheBackendIsNotMixedIn) {
   } catch (const InputError& error) {
     EXPECT_THAT(error.what(), HasSubstr("begun with table 0.9"));
   }
+}
+
+// Answers with a void ratio, but fails in its own ways for some particles.
+class Faulty final : public Backend {
+ public:
+  const std::string& name() const override {
+    static const std::string kName = "faulty";
+    return kName;
+  }
+  Availability availability() const override { return {.available = true, .version = "1"}; }
+  std::string ExplainUnsupported(const Program&) const override { return ""; }
+  Trace Run(const Program&, const RunContext&) const override {
+    switch (runs_++) {
+      case 1:
+        throw std::bad_alloc();
+      case 2:
+        throw std::runtime_error("an index beyond the end");
+      default: {
+        Trace trace;
+        trace.reported["void_ratio"] = {.value = 0.9};
+        return trace;
+      }
+    }
+  }
+
+ private:
+  mutable std::atomic<int> runs_ = 0;
+};
+
+TEST(Runner, ExceptionsOfABackendFailTheirOwnRunOnly) {
+  const TemporaryFolder folder;
+  Study study = RandomStudy({{"budget.evaluations", "5"}});
+  study.backend.backend = std::make_unique<Faulty>();
+  const StudyResults results = RunIn(study, folder / "x");
+  EXPECT_EQ(results.total, 5);
+  EXPECT_EQ(results.failed, 2);
+  EXPECT_EQ(results.history[1].outcome, "crashed");
+  EXPECT_THAT(results.history[1].message, HasSubstr("bad_alloc"));
+  EXPECT_EQ(results.history[2].outcome, "crashed");
+  EXPECT_THAT(results.history[2].message, HasSubstr("an index beyond the end"));
+  EXPECT_EQ(results.history[4].outcome, "ok");
 }
 
 TEST(Runner, AbsentSimulatorStopsBeforeAnythingIsMade) {
