@@ -1,6 +1,6 @@
 // What the void ratio of the consolidation test depends on besides the powder: preparation,
-// numerics, number of particles, particle seed. Real simulations of the quickstart study's backend,
-// several particle seeds each. See docs/validation/consolidation.md.
+// numerics, number of particles, particle seed. Simulations of the quickstart study, several
+// particle seeds each. See docs/validation/consolidation.md.
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -60,14 +60,22 @@ nlohmann::json Statistics(const std::vector<double>& values) {
   return {{"mean", mean}, {"sd", sd}, {"n", values.size()}};
 }
 
-nlohmann::json Measure(const Variant& variant, const Point& point, int seeds, int parallel) {
+struct Options {
+  std::string backend = "embedded";
+  int seeds = 5;
+  int parallel = 2;
+};
+
+nlohmann::json Measure(const Variant& variant, const Point& point, const Options& options) {
+  const int seeds = options.seeds;
   Overrides overrides = variant.overrides;
+  overrides["backend.name"] = options.backend;
   overrides["backend.replicates"] = "1";
   overrides["backend.confirm_replicates"] = "1";
   const Study study =
       Study::Load(POWDERCAL_SOURCE_DIR "/studies/library/quickstart.yaml", overrides);
   const Planner planner(study);
-  LocalExecutor executor(parallel);
+  LocalExecutor executor(options.parallel);
   const fs::path folder = fs::temp_directory_path() / fmt::format("protocol-{}", getpid());
   for (int seed = 0; seed < seeds; ++seed) {
     const auto run = planner.Plan({point.cohesion, point.rolling}, seed,
@@ -106,12 +114,14 @@ nlohmann::json Measure(const Variant& variant, const Point& point, int seeds, in
 
 int main(int argc, char** argv) {
   CLI::App program{"What the void ratio depends on besides the powder"};
-  int seeds = 5;
-  int parallel = 2;
+  Options options;
   bool json = false;
   std::string only;
-  program.add_option("--seeds", seeds, "particle seeds of each variant");
-  program.add_option("--parallel", parallel, "simulations at a time");
+  program.add_option("--backend", options.backend, "simulator")
+      ->check(CLI::IsMember({"embedded", "liggghts"}))
+      ->capture_default_str();
+  program.add_option("--seeds", options.seeds, "particle seeds of each variant");
+  program.add_option("--parallel", options.parallel, "simulations at a time");
   program.add_option("--only", only, "variants whose name contains this");
   program.add_flag("--json", json, "print JSON");
   CLI11_PARSE(program, argc, argv);
@@ -119,7 +129,7 @@ int main(int argc, char** argv) {
   for (const Variant& variant : kVariants) {
     if (std::string(variant.name).find(only) == std::string::npos) continue;
     for (const Point& point : kPoints) {
-      const nlohmann::json result = Measure(variant, point, seeds, parallel);
+      const nlohmann::json result = Measure(variant, point, options);
       cases.push_back(result);
       if (json) continue;
       const nlohmann::json e =
@@ -133,5 +143,8 @@ int main(int argc, char** argv) {
       std::fflush(stdout);
     }
   }
-  if (json) fmt::print("{}\n", nlohmann::json{{"seeds", seeds}, {"cases", cases}}.dump(2));
+  if (!json) return 0;
+  const nlohmann::json report = {
+      {"backend", options.backend}, {"seeds", options.seeds}, {"cases", cases}};
+  fmt::print("{}\n", report.dump(2));
 }
