@@ -273,8 +273,9 @@ TEST_P(ContactsInTwoEngines, MoveAlike) {
   ExpectSameTrajectories(SceneProgram(GetParam(), scene.packing()), scene, 1e-9, 1e-9);
 }
 
-// The law of the seed paper. A sphere at rest chatters under cdt: its spin jumps by up to a
-// hundredth of the scale in every step, and rounding decides about some of the jumps.
+// The law of the seed paper. A sphere at rest chatters under cdt: in every step its spin jumps by
+// mu_r r F dt/I, which is 4e-4 of the scale on the lower z plane where cohesion is weak, and
+// rounding decides about some of the jumps.
 TEST(PaperLawInTwoEngines, MovesAlike) {
   for (const double cohesion : {5000.0, 47'500.0}) {
     for (const Tangential tangential : {Tangential::no_history, Tangential::history}) {
