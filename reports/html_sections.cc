@@ -144,7 +144,7 @@ std::string CostText(const StudyResults& results) {
 
 std::string BackendText(const StudyResults& results) {
   std::string text = fmt::format("<strong>{}</strong>", H(results.backend));
-  if (!results.backend_version.empty()) text += " " + H(results.backend_version);
+  if (!results.backend_version.empty()) text += ", version " + H(results.backend_version);
   if (!results.simulated) return text + ", <strong>no simulation</strong>";
   if (!results.fidelity.empty()) text += ", fidelity " + H(results.fidelity);
   if (results.replicates > 1) text += fmt::format(", {} particle seeds", results.replicates);
@@ -294,7 +294,9 @@ std::string ProvenanceSection(const StudyResults& results) {
                                  (results.optimizer_description.empty() ? "" : ": ") +
                                  H(results.optimizer_description));
   html += Entry("Contact law", H(results.law));
-  html += Entry("Contact law as run", H(results.law_as_run));
+  if (results.law_as_run != results.law) {
+    html += Entry("Contact law as run", H(results.law_as_run));
+  }
   html += Entry("State", H(results.state));
   for (const ResponseResult& target : TargetResponses(results)) {
     if (!target.source.empty()) {

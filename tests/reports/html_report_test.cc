@@ -71,10 +71,11 @@ std::vector<std::string> Unbalanced(const std::string& markup) {
 TEST(HtmlReportTest, FirstScreenSaysWhatHowWellWithWhat) {
   const std::string html = HtmlReport(QuickstartSample());
   const std::string first = Markup(html).substr(0, Markup(html).find("<h2>Figures"));
-  for (const char* part : {"Calibration of Hastelloy X", "Calibrated: the void ratio", "55400 J/m³",
-                           "0.66", "0.7789", "0.783", "within ±", "<strong>liggghts</strong> 3.8.0",
-                           "<strong>14</strong>: 12 ok", "2 failed", "28 runs", "1 timeout",
-                           "0.75 % of the wall time", "2 parameters were fitted to 1 response"}) {
+  for (const char* part :
+       {"Calibration of Hastelloy X", "Calibrated: the void ratio", "55400 J/m³", "0.66", "0.7789",
+        "0.783", "within ±", "<strong>liggghts</strong>, version 3.8.0",
+        "<strong>14</strong>: 12 ok", "2 failed", "28 runs", "1 timeout", "0.75 % of the wall time",
+        "2 parameters were fitted to 1 response"}) {
     EXPECT_THAT(first, HasSubstr(part));
   }
   EXPECT_THAT(html, Not(HasSubstr("class=\"banner\"")));
