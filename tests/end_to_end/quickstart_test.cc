@@ -49,7 +49,7 @@ class Quickstart : public ::testing::Test {
 TEST_F(Quickstart, FindsTheObservedVoidRatio) {
   const nlohmann::json results = Calibrate({});
   EXPECT_EQ(results["backend"]["name"], "embedded");
-  EXPECT_LT(Overhead(results), 0.08);
+  EXPECT_LT(Overhead(results), 0.1);  // measured: 0.03 to 0.05
 }
 
 TEST_F(Quickstart, FindsItOnLiggghtsToo) {
