@@ -148,7 +148,9 @@ std::string Planner::ExplainUnsupported() const {
 }
 
 LedgerRun Planner::Execute(const PlannedRun& run, const RunContext& context) const {
-  const auto start = std::chrono::steady_clock::now();
+  const auto elapsed = [start = std::chrono::steady_clock::now()] {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  };
   LedgerRun result{.key = run.key,
                    .experiment = run.program.experiment,
                    .program_hash = run.program_hash,
@@ -169,8 +171,9 @@ LedgerRun Planner::Execute(const PlannedRun& run, const RunContext& context) con
         result.measurement.diagnostics = std::move(measurement.diagnostics);
     }
   } catch (const std::exception& error) {
-    // A disk that is full, a folder that vanished: the run failed, the study goes on.
+    // Memory or a disk that ran out, a folder that vanished: the run failed, the study goes on.
     result.outcome = {Reason::crashed, error.what()};
+    if (result.diagnostics.wall_seconds == 0) result.diagnostics.wall_seconds = elapsed();
   }
   for (const auto& [name, response] : result.measurement.responses) {
     if (!std::isfinite(response.value)) {
@@ -179,8 +182,7 @@ LedgerRun Planner::Execute(const PlannedRun& run, const RunContext& context) con
       break;
     }
   }
-  result.total_seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  result.total_seconds = elapsed();
   return result;
 }
 

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cmath>
 #include <new>
+#include <thread>
 
 #include "tests/support/program.h"
 
@@ -199,6 +200,7 @@ class Faulty final : public Backend {
   Trace Run(const Program&, const RunContext&) const override {
     switch (runs_++) {
       case 1:
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
         throw std::bad_alloc();
       case 2:
         throw std::runtime_error("an index beyond the end");
@@ -226,6 +228,7 @@ TEST(Runner, ExceptionsOfABackendFailTheirOwnRunOnly) {
   EXPECT_EQ(results.history[2].outcome, "crashed");
   EXPECT_THAT(results.history[2].message, HasSubstr("an index beyond the end"));
   EXPECT_EQ(results.history[4].outcome, "ok");
+  EXPECT_GE(results.simulation_seconds, 0.02) << "what it took until then is no overhead";
 }
 
 TEST(Runner, AbsentSimulatorStopsBeforeAnythingIsMade) {
