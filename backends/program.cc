@@ -144,9 +144,9 @@ std::span<const std::string> EdgeControlNames() {
 }
 
 const std::string& StageName(const Stage& stage) {
-  static const std::vector<std::string> names = {"insert", "settle",  "servo",
-                                                 "hold",   "advance", "deform"};
-  static_assert(std::variant_size_v<Stage> == 6);
+  static const std::vector<std::string> names = {
+      "insert", "settle", "servo", "hold", "advance", "deform", "save", "restore", "remove"};
+  static_assert(std::variant_size_v<Stage> == 9);
   return names[stage.index()];
 }
 

@@ -187,6 +187,9 @@ struct Settle {
 /// controller is the backend's matter: it must be stable for the contact stiffness at hand. Ends
 /// when 90 % of the stress is reached, or at `max_duration`; what follows then finds that the
 /// stress is missed.
+///
+/// Where the wall bears an earlier stage's servo already, it stays where it is and changes to the
+/// new stress; the stage ends when it is within 10 % of it. A program has one such wall.
 struct Servo {
   std::string wall;
   double stress = 0;        ///< [Pa] compressive, positive
@@ -250,14 +253,33 @@ struct Deform {
   double gain = 3;             ///< [-]
 };
 
-using Stage = std::variant<Insert, Settle, Servo, Hold, Advance, Deform>;
-/// "insert", "settle", "servo", "hold", "advance", "deform".
+/// Remembers the whole state under a name: particles, contact springs, bodies, servo, cell. Takes
+/// no time and leaves no moment.
+struct Save {
+  std::string name = "state";  ///< distinct within a program
+};
+
+/// Goes back to a remembered state, any number of times. The clock does not go back: times in the
+/// trace keep growing. Leaves no moment.
+struct Restore {
+  std::string name = "state";
+};
+
+/// Takes a plane or a mesh out of the simulation, such as a gate that is opened: nothing touches it
+/// any more. Not a servo's wall. Leaves no moment.
+struct Remove {
+  std::string body;
+};
+
+using Stage = std::variant<Insert, Settle, Servo, Hold, Advance, Deform, Save, Restore, Remove>;
+/// "insert", "settle", "servo", "hold", "advance", "deform", "save", "restore", "remove".
 const std::string& StageName(const Stage& stage);
 /// Name of the trace's moment at the end of the stage: StageName(), but the stage's own `name` of
 /// Advance and Deform.
 const std::string& MomentName(const Stage& stage);
 
-/// What to simulate. The trace holds a packing at the end of each stage but Insert.
+/// What to simulate. The trace holds a packing at the end of each stage but Insert, Save, Restore
+/// and Remove.
 struct Program {
   std::string experiment;                    ///< who planned it, e.g. "consolidation"
   std::map<std::string, double> parameters;  ///< the study's free parameters by canonical name, SI
@@ -272,6 +294,10 @@ struct Program {
   Vector3 gravity{0, 0, -9.81};  ///< [m/s2]
   double time_step = 0;          ///< [s]
   std::vector<Stage> stages;
+  /// [m] z range, well inside the bed: stress and solid fraction of the free particles with their
+  /// centres in it are recorded (Trace::slab). Empty: nothing is. For domains with walls; a
+  /// periodic cell has Trace::cell.
+  std::optional<std::array<double, 2>> stress_slab;
 
   /// Canonical serialisation: sorted keys, every member, numbers with as many digits as it takes to
   /// read back the same double. A sphere of an explicit packing is the array [id, radius, x, y, z,

@@ -174,6 +174,21 @@ void Fields(Io& io, T& deform) {
   io("gain", deform.gain);
 }
 
+template <typename Io, Is<Save> T>
+void Fields(Io& io, T& save) {
+  io("name", save.name);
+}
+
+template <typename Io, Is<Restore> T>
+void Fields(Io& io, T& restore) {
+  io("name", restore.name);
+}
+
+template <typename Io, Is<Remove> T>
+void Fields(Io& io, T& remove) {
+  io("body", remove.body);
+}
+
 template <typename Io, Is<Program> T>
 void Fields(Io& io, T& program) {
   io("experiment", program.experiment);
@@ -189,6 +204,7 @@ void Fields(Io& io, T& program) {
   io("gravity", program.gravity);
   io("time_step", program.time_step);
   io("stages", program.stages);
+  io("stress_slab", program.stress_slab);
 }
 
 class Writer {
@@ -197,8 +213,9 @@ class Writer {
   void operator()(const char* key, const T& value) {
     object_[key] = Value(value);
   }
-  void operator()(const char* key, const std::optional<Packing>& packing) {
-    if (packing) object_[key] = Value(*packing);
+  template <typename T>
+  void operator()(const char* key, const std::optional<T>& value) {
+    if (value) object_[key] = Value(*value);
   }
   template <typename E>
   void Enumeration(const char* key, E value, std::span<const std::string> names) {
@@ -274,10 +291,11 @@ class Reader {
   void operator()(const char* key, T& value) {
     Into(Member(key), PathTo(key), value);
   }
-  void operator()(const char* key, std::optional<Packing>& packing) {
-    packing.reset();
+  template <typename T>
+  void operator()(const char* key, std::optional<T>& value) {
+    value.reset();
     seen_.emplace_back(key);
-    if (object_.contains(key)) Into(object_.at(key), PathTo(key), packing.emplace());
+    if (object_.contains(key)) Into(object_.at(key), PathTo(key), value.emplace());
   }
   template <typename E>
   void Enumeration(const char* key, E& value, std::span<const std::string> names) {
@@ -359,8 +377,9 @@ class Reader {
     Json rest = json;
     rest.erase("stage");
     std::vector<std::string> names;
-    for (Stage candidate : {Stage(Insert()), Stage(Settle()), Stage(Servo()), Stage(Hold()),
-                            Stage(Advance()), Stage(Deform())}) {
+    for (Stage candidate :
+         {Stage(Insert()), Stage(Settle()), Stage(Servo()), Stage(Hold()), Stage(Advance()),
+          Stage(Deform()), Stage(Save()), Stage(Restore()), Stage(Remove())}) {
       names.push_back(StageName(candidate));
       if (names.back() != name) continue;
       std::visit([&](auto& alternative) { Into(rest, path, alternative); }, candidate);

@@ -22,6 +22,13 @@ const Moment* Trace::Find(const std::string& name) const {
   return nullptr;
 }
 
+const WallSeries* Trace::FindSeries(const std::string& wall) const {
+  for (const WallSeries& entry : series) {
+    if (entry.wall == wall) return &entry;
+  }
+  return nullptr;
+}
+
 nlohmann::json ToJson(const Outcome& outcome) {
   return {{"reason", ToString(outcome.reason)}, {"message", outcome.message}};
 }

@@ -63,12 +63,14 @@ struct Moment {
   std::vector<ContactHistory> contacts;  ///< where the backend knows them; see Particles::contacts
 };
 
-/// A wall's history, one entry per window of averaging.
+/// History of a servo's wall from its servo on, or of a mesh or a glued group from the beginning;
+/// one entry per window of averaging (100 steps).
 struct WallSeries {
   std::string wall;
   std::vector<double> time;          ///< [s]
-  std::vector<double> height;        ///< [m]
-  std::vector<double> normal_force;  ///< [N] compressive, positive
+  std::vector<double> height;        ///< [m] as in WallState
+  std::vector<double> normal_force;  ///< [N] along z; on a servo's wall compressive, positive
+  std::vector<Vector3> force;        ///< [N] of the particles on the body, mean over the window
 };
 
 /// A periodic cell's history, one entry per window of averaging.
@@ -77,6 +79,16 @@ struct CellSeries {
   std::vector<double> strain;    ///< [-] shear strain since the beginning of the program
   std::vector<Vector3> lengths;  ///< [m] of the edges
   std::vector<std::array<Vector3, 3>> stress;  ///< [Pa] as in CellState, mean over the window
+};
+
+/// History of Program::stress_slab, one entry per window of averaging (100 steps).
+struct SlabSeries {
+  std::vector<double> time;            ///< [s]
+  std::vector<double> solid_fraction;  ///< [-] volume of the spheres centred in it over its own
+  /// [Pa] compressive positive, rows x, y, z. Each particle centred in the slab brings half of its
+  /// contacts with other particles, and the whole of those with bodies (branch from its centre to
+  /// the point of contact), and its motion relative to the mean of the slab.
+  std::vector<std::array<Vector3, 3>> stress;
 };
 
 struct Diagnostics {
@@ -108,11 +120,14 @@ struct Trace {
   std::vector<Moment> moments;
   std::vector<WallSeries> series;
   CellSeries cell;
+  SlabSeries slab;
   Diagnostics diagnostics;
   std::map<std::string, ReportedResponse> reported;  ///< by response name; empty for simulators
 
   /// The last moment of that name, or null.
   const Moment* Find(const std::string& name) const;
+  /// The series of that body, or null.
+  const WallSeries* FindSeries(const std::string& wall) const;
 };
 
 }  // namespace powdercal

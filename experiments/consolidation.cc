@@ -191,8 +191,8 @@ Measurement Consolidation::Measure(const Program& program, const Trace& trace,
   notes["stress_ratio"] = stress / target;
   notes["kappa"] = StiffnessNumber(m.young_modulus, m.poisson_ratio, target);
   notes["inertial_number"] = std::abs(lid.velocity) / lid.height * inertial_time;
-  if (!trace.series.empty()) {
-    notes["inertial_number_loading"] = LoadingInertialNumber(trace.series.front(), inertial_time);
+  if (const WallSeries* loading = trace.FindSeries(kLid)) {
+    notes["inertial_number_loading"] = LoadingInertialNumber(*loading, inertial_time);
   }
   notes["bed_height"] = lid.height - floor;
   notes["simulated_time"] = end->time;

@@ -21,6 +21,13 @@ struct ResponseDescription {
   std::string description;  ///< one line, for `powdercal list` and the report
 };
 
+/// A response as a file of laboratory data gives it.
+struct ObservedValue {
+  std::string response;  ///< name, without the experiment's
+  double value = 0;      ///< SI
+  double sd = 0;         ///< SI, > 0
+};
+
 /// A measured response.
 struct ResponseValue {
   double value = 0;  ///< SI
@@ -60,7 +67,18 @@ class Experiment {
   virtual ~Experiment() = default;
 
   virtual const std::string& name() const = 0;
+  /// Sorted by name. May depend on the options (a shear test has a response per normal stress).
   virtual std::span<const ResponseDescription> responses() const = 0;
+
+  /// Keys under `observed` that name a file of laboratory data instead of a response, sorted:
+  /// `yield_locus: shear.csv`.
+  virtual std::span<const std::string> observed_files() const { return {}; }
+  /// Reads such a file, after the options. May take options that the study left out from it, such
+  /// as the normal stresses. Throws InputError for what is wrong with the file.
+  virtual std::vector<ObservedValue> ReadObserved(const std::string& /*key*/,
+                                                  const std::string& /*path*/) {
+    return {};
+  }
 
   /// Reads or writes the experiment's own options (without `observed`, which the study holds).
   virtual void Serialize(Archive& archive) = 0;

@@ -160,6 +160,9 @@ class StageCheck {
     }
     return "";
   }
+  std::string Check(const Save&) { return "save: not offered yet"; }
+  std::string Check(const Restore&) { return "restore: not offered yet"; }
+  std::string Check(const Remove&) { return "remove: not offered yet"; }
   std::string Unknown(const std::string& stage, const std::string& body) const {
     return fmt::format("{}: there is no plane, mesh or glued group called '{}'", stage, body);
   }

@@ -232,6 +232,10 @@ bool StageRunner::Do(const Deform& deform) {
   return go_on;
 }
 
+bool StageRunner::Do(const Save&) { return true; }
+bool StageRunner::Do(const Restore&) { return true; }
+bool StageRunner::Do(const Remove&) { return true; }
+
 // --- What happens along the way -----------------------------------------------------------------
 
 void StageRunner::Record() {

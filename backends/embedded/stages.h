@@ -29,6 +29,9 @@ class StageRunner {
   bool Do(const Hold& hold);
   bool Do(const Advance& advance);
   bool Do(const Deform& deform);
+  bool Do(const Save& save);
+  bool Do(const Restore& restore);
+  bool Do(const Remove& remove);
 
   bool RunSteps(std::int64_t count);
   bool RunPiece(std::int64_t count);

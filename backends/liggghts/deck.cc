@@ -219,6 +219,9 @@ class DeckWriter {
   }
 
   void Write(const Deform&) {}  // not supported
+  void Write(const Save&) {}
+  void Write(const Restore&) {}
+  void Write(const Remove&) {}
 
   // Elastic energy of the bed under the servo's stress, per unit of its height [J/m]: stress times
   // area over kappa, which is the reciprocal of a relative overlap.

@@ -124,6 +124,9 @@ class StageCheck {
   static std::string Check(const Deform&) {
     return "LIGGGHTS has no cell that deforms under a controlled stress, nor Lees-Edwards shear";
   }
+  static std::string Check(const Save&) { return "not offered through LIGGGHTS yet"; }
+  static std::string Check(const Restore&) { return "not offered through LIGGGHTS yet"; }
+  static std::string Check(const Remove&) { return "not offered through LIGGGHTS yet"; }
 
   const Program& program_;
   bool servo_ = false;
