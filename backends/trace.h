@@ -63,8 +63,10 @@ struct Moment {
   std::vector<ContactHistory> contacts;  ///< where the backend knows them; see Particles::contacts
 };
 
-/// History of a servo's wall from its servo on, or of a mesh or a glued group from the beginning;
-/// one entry per window of averaging (100 steps).
+/// History of a servo's wall from its servo on, or of a mesh or a glued group from the beginning
+/// until it is removed; one entry per window of averaging (100 steps). The servo's wall comes
+/// first. Windows begin anew with each Servo, Deform, Save and Restore: none mixes what is before
+/// it with what is after, and a window cut short is left out.
 struct WallSeries {
   std::string wall;
   std::vector<double> time;          ///< [s]
@@ -73,15 +75,17 @@ struct WallSeries {
   std::vector<Vector3> force;        ///< [N] of the particles on the body, mean over the window
 };
 
-/// A periodic cell's history, one entry per window of averaging.
+/// A periodic cell's history, one entry per window of averaging, as in WallSeries.
 struct CellSeries {
-  std::vector<double> time;      ///< [s]
-  std::vector<double> strain;    ///< [-] shear strain since the beginning of the program
-  std::vector<Vector3> lengths;  ///< [m] of the edges
+  std::vector<double> time;  ///< [s]
+  /// [-] shear strain since the beginning of the program; Restore takes it back to that of the
+  /// state, so that branches from one state can be laid over each other.
+  std::vector<double> strain;
+  std::vector<Vector3> lengths;                ///< [m] of the edges
   std::vector<std::array<Vector3, 3>> stress;  ///< [Pa] as in CellState, mean over the window
 };
 
-/// History of Program::stress_slab, one entry per window of averaging (100 steps).
+/// History of Program::stress_slab, one entry per window of averaging, as in WallSeries.
 struct SlabSeries {
   std::vector<double> time;            ///< [s]
   std::vector<double> solid_fraction;  ///< [-] volume of the spheres centred in it over its own

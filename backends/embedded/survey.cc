@@ -134,7 +134,7 @@ Survey Simulation::MakeSurvey() const {
   return survey;
 }
 
-void Simulation::UpdateStress() {
+std::array<Vector3, 3> Simulation::MeasureStress() const {
   std::array<Vector3, 3> sum{};
   for (const Slab& slab : neighbours_.slabs()) {
     for (std::size_t n = 0; n < static_cast<std::size_t>(slab.pairs.size); ++n) {
@@ -161,9 +161,10 @@ void Simulation::UpdateStress() {
     }
   }
   const double volume = images_.length[0] * images_.length[1] * images_.length[2];
-  for (std::size_t a = 0; a < 3; ++a) {
-    for (std::size_t b = 0; b < 3; ++b) stress_[a][b] = sum[a][b] / volume;
+  for (Vector3& row : sum) {
+    for (double& component : row) component /= volume;
   }
+  return sum;
 }
 
 CellState Simulation::Cell() const {
@@ -171,7 +172,7 @@ CellState Simulation::Cell() const {
           .upper = box_.upper,
           .shear_offset = shear_offset_,
           .shear_rate = drive_.shear_rate,
-          .stress = stress_};
+          .stress = MeasureStress()};
 }
 
 }  // namespace powdercal::embedded
