@@ -87,11 +87,15 @@ struct CellSeries {
 
 /// History of Program::stress_slab, one entry per window of averaging, as in WallSeries.
 struct SlabSeries {
-  std::vector<double> time;            ///< [s]
-  std::vector<double> solid_fraction;  ///< [-] volume of the spheres centred in it over its own
-  /// [Pa] compressive positive, rows x, y, z. Each particle centred in the slab brings half of its
-  /// contacts with other particles, and the whole of those with bodies (branch from its centre to
-  /// the point of contact), and its motion relative to the mean of the slab.
+  std::vector<double> time;  ///< [s]
+  /// [-] volume of the free spheres centred in it over its own (base of the domain by its height)
+  std::vector<double> solid_fraction;
+  /// [Pa] compressive positive, rows x, y, z. Each contact counts with the part of its branch that
+  /// lies in the slab: from centre to centre, or from the centre to the point of contact with a
+  /// plane or a mesh (Irving & Kirkwood 1950, averaged over planes). At rest column z is then what
+  /// the walls above and below bear, whatever the slab; a sum over whole particles would differ by
+  /// some per cent, from where their edges happen to be. Motion: of the particles centred in the
+  /// slab, relative to their mean.
   std::vector<std::array<Vector3, 3>> stress;
 };
 

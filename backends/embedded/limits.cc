@@ -64,6 +64,21 @@ std::string ExplainDomain(const Program& program) {
   return "";
 }
 
+std::string ExplainSlab(const Program& program) {
+  if (!program.stress_slab) return "";
+  if (FullyPeriodic(program.domain)) {
+    return "a cell that is periodic in x, y and z has no stress slab: its own stress is recorded";
+  }
+  if (program.domain.boundaries[2] == Boundary::periodic) {
+    return "a stress slab needs a domain that is not periodic along z";
+  }
+  const auto [bottom, top] = *program.stress_slab;
+  if (!(bottom < top) || !std::isfinite(bottom) || !std::isfinite(top)) {
+    return fmt::format("the stress slab from {:.4g} to {:.4g} m has no height", bottom, top);
+  }
+  return "";
+}
+
 std::string ExplainBodies(const Program& program) {
   std::string twice;
   BodyNames(program, &twice);
@@ -222,7 +237,7 @@ class StageCheck {
 }  // namespace
 
 std::string ExplainUnsupported(const Program& program) {
-  for (const auto& explain : {ExplainNumbers, ExplainDomain, ExplainBodies}) {
+  for (const auto& explain : {ExplainNumbers, ExplainDomain, ExplainSlab, ExplainBodies}) {
     if (std::string problem = explain(program); !problem.empty()) return problem;
   }
   return StageCheck(program).Check();

@@ -413,7 +413,7 @@ bool Simulation::Run(std::int64_t count, const std::function<bool()>& interrupte
   std::int64_t step = 0;
   for (; step < count && go_on; ++step) {
     // The forces that the last Run() ended with begin the first step.
-    Pass(step > 0, step > 0, true, measured_cell());
+    Pass(step > 0, step > 0, true, measured_cell() || measured_slab());
     if (step > 0) AfterForces();
     Move();
     const double cell_rate =

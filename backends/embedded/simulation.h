@@ -32,6 +32,12 @@ struct Survey {
   double top = 0;             ///< [m] highest point of any particle
 };
 
+/// Program::stress_slab at one moment; see SlabSeries.
+struct SlabState {
+  double solid_fraction = 0;        ///< [-]
+  std::array<Vector3, 3> stress{};  ///< [Pa]
+};
+
 /// What a periodic cell's edges are told to do; see Deform.
 struct CellDrive {
   std::array<EdgeControl, 3> edges;
@@ -70,6 +76,8 @@ class Simulation {
   Survey MakeSurvey() const;
   /// The cell as it is now, with the stress of this moment.
   CellState Cell() const;
+  /// Requires a program with a slab, and measured_slab() or the end of a Run().
+  SlabState MeasureSlab() const;
 
   std::vector<PlaneBody>& planes() { return planes_; }
   std::vector<GroupBody>& groups() { return groups_; }
@@ -92,6 +100,8 @@ class Simulation {
   std::function<void()> after_step;
   /// Whether stress() is that of this step: while a cell is driven, every 20 steps.
   bool measured_cell() const { return cell_drive_.has_value() && Measures(); }
+  /// Whether the forces of this step allow for MeasureSlab(): every 20 steps.
+  bool measured_slab() const { return program_.stress_slab.has_value() && Measures(); }
   const std::array<Vector3, 3>& stress() const { return stress_; }  ///< [Pa] as in CellState
   double shear_strain() const { return shear_strain_; }  ///< [-] of the state, since the start
   const Box& box() const { return box_; }

@@ -14,6 +14,7 @@ namespace powdercal::embedded {
 namespace {
 
 constexpr std::int64_t kSeriesSteps = 100;
+constexpr std::int64_t kStressSamples = 5;  // in as many steps
 constexpr std::int64_t kHealthSteps = 500;
 constexpr double kWorstOverlap = 1.0;  // δ/R*: beyond it contact laws mean nothing
 constexpr double kEnergyFactor = 100;
@@ -295,11 +296,13 @@ void StageRunner::RestartWindows() {
   body_windows_.assign(body_series_.size(), {});
   window_steps_ = 0;
   cell_window_ = {};
+  slab_window_ = {};
 }
 
 void StageRunner::Record() {
   RecordBodies();
   if (simulation_->measured_cell()) RecordCell();
+  if (simulation_->measured_slab()) RecordSlab();
 }
 
 void StageRunner::RecordBodies() {
@@ -340,7 +343,7 @@ void StageRunner::RecordCell() {
   for (std::size_t a = 0; a < 3; ++a) {
     cell_window_.stress[a] = cell_window_.stress[a] + simulation_->stress()[a];
   }
-  if (cell_window_.samples < 5) return;
+  if (cell_window_.samples < kStressSamples) return;
   const double n = static_cast<double>(cell_window_.samples);
   CellSeries& series = trace_.cell;
   series.time.push_back(simulation_->time());
@@ -349,6 +352,22 @@ void StageRunner::RecordCell() {
   series.stress.push_back({(1 / n) * cell_window_.stress[0], (1 / n) * cell_window_.stress[1],
                            (1 / n) * cell_window_.stress[2]});
   cell_window_ = {};
+}
+
+void StageRunner::RecordSlab() {
+  const SlabState state = simulation_->MeasureSlab();
+  SlabWindow& window = slab_window_;
+  ++window.samples;
+  window.solid_fraction += state.solid_fraction;
+  for (std::size_t a = 0; a < 3; ++a) window.stress[a] = window.stress[a] + state.stress[a];
+  if (window.samples < kStressSamples) return;
+  const double n = static_cast<double>(window.samples);
+  SlabSeries& series = trace_.slab;
+  series.time.push_back(simulation_->time());
+  series.solid_fraction.push_back(window.solid_fraction / n);
+  series.stress.push_back(
+      {(1 / n) * window.stress[0], (1 / n) * window.stress[1], (1 / n) * window.stress[2]});
+  window = {};
 }
 
 bool StageRunner::RunSteps(std::int64_t count) {

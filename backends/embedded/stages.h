@@ -49,6 +49,7 @@ class StageRunner {
   void Record();
   void RecordBodies();
   void RecordCell();
+  void RecordSlab();
   void AddMoment(const std::string& name);
   void WriteSnapshot();
   void Finish();
@@ -94,6 +95,13 @@ class StageRunner {
     std::array<Vector3, 3> stress{};
   };
   CellWindow cell_window_;
+
+  struct SlabWindow {
+    std::int64_t samples = 0;
+    double solid_fraction = 0;
+    std::array<Vector3, 3> stress{};
+  };
+  SlabWindow slab_window_;
 
   // Of the servo's body over the last window of a hold.
   struct Held {

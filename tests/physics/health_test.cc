@@ -281,6 +281,15 @@ std::vector<Refusal> BadStages() {
          p.stages = {Servo{"lid", 900, 0.1, 1}, Servo{"glued", 900, 0.1, 1}};
        }},
       {"no servo stands before it", [](Program& p) { p.stages = {Hold{.window = 1}}; }},
+      {"periodic in x, y and z has no stress slab",
+       [deform](Program& p) {
+         deform(p);
+         p.stress_slab = {{0, 1e-4}};
+       }},
+      {"stress slab from 0.0001 to 0 m has no height",
+       [](Program& p) {
+         p.stress_slab = {{1e-4, 0}};
+       }},
       {"no servo stands before it",
        [](Program& p) {
          p.stages = {Save{"start"}, Servo{"lid", 900, 0.1, 1}, Restore{"start"}, Hold{.window = 1}};
