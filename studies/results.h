@@ -23,6 +23,12 @@ struct ResponseResult {
   std::string source;
 };
 
+/// How well a point serves one objective of a study with several.
+struct ObjectiveResult {
+  std::optional<double> chi2;    ///< over its targets; empty unless all of them have a value
+  std::optional<double> misfit;  ///< expected misfit (studies/evaluation.h): what points rank by
+};
+
 /// One simulation.
 struct RunResult {
   std::int64_t id = 0;
@@ -48,6 +54,7 @@ struct EvaluationResult {
   std::vector<ResponseResult> responses;  ///< in the order of the targets
   std::optional<double> chi2;             ///< empty when failed
   std::optional<double> best_chi2;  ///< chi2 of the best point so far (ranked by expected misfit)
+  std::vector<ObjectiveResult> objectives;  ///< as in StudyResults::objectives
   std::vector<RunResult> runs;
 };
 
@@ -67,6 +74,7 @@ struct StudyResults {
   std::uint64_t seed = 0;
 
   std::vector<Parameter> parameters;
+  std::vector<std::string> objectives;  ///< pareto: the experiment behind each; empty: joint
   std::string optimizer;
   std::string optimizer_description;
   std::string backend;
@@ -90,7 +98,7 @@ struct StudyResults {
   int failed = 0;
   int cached = 0;                   ///< evaluations served from the ledger without a new run
   std::optional<std::size_t> best;  ///< index into history
-  std::vector<std::size_t> pareto;  ///< indices into history; empty for the joint objective
+  std::vector<std::size_t> pareto;  ///< the front (ParetoFront), into history; empty: joint
   std::vector<EvaluationResult> history;
   std::vector<ScalingTable> scaling_tables;
 
