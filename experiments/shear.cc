@@ -125,12 +125,12 @@ using YieldTable = std::vector<std::vector<StressPair>>;
 
 // "" or which yield stress was never reached.
 std::string ReadYields(const ShearRecord& record, const std::vector<double>& normals,
-                       YieldTable* table) {
+                       double friction, YieldTable* table) {
   table->assign(normals.size(), {});
   for (const std::vector<ShearSeries>& state : record.yields) {
     if (state.size() != normals.size()) return "the trace lacks yield points";
     for (std::size_t i = 0; i < normals.size(); ++i) {
-      const YieldPoint point = FindYieldPoint(state[i], normals[i]);
+      const YieldPoint point = FindYieldPoint(state[i], normals[i], friction);
       if (!point.reached) {
         return fmt::format(
             "the normal stress was never within {:.0f} % of {:.4g} Pa over a strain of {:g} (at "
@@ -556,7 +556,8 @@ Measurement Shear::Measure(const Program& program, const Trace& trace, Outcome* 
   std::vector<double> normals;
   for (const double stress : normal_stresses_) normals.push_back(scale * stress);
   YieldTable yields;
-  if (std::string problem = ReadYields(record, normals, &yields); !problem.empty()) {
+  if (std::string problem = ReadYields(record, normals, steady.friction, &yields);
+      !problem.empty()) {
     return fail(std::move(problem));
   }
   notes["plain_scatter"] = RelativeScatter(yields);

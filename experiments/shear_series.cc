@@ -168,8 +168,9 @@ ShearSample MeanSample(std::span<const ShearSample> samples) {
   return mean;
 }
 
-YieldPoint FindYieldPoint(std::span<const ShearSample> samples, double normal) {
+YieldPoint FindYieldPoint(std::span<const ShearSample> samples, double normal, double friction) {
   YieldPoint point;
+  double most = 0;
   std::size_t first = 0;
   for (std::size_t last = 0; last < samples.size(); ++last) {
     while (samples[last].strain - samples[first].strain >= kYieldWindow) ++first;
@@ -177,7 +178,9 @@ YieldPoint FindYieldPoint(std::span<const ShearSample> samples, double normal) {
     if (samples[last].strain - before < 0.9 * kYieldWindow) continue;
     const ShearSample mean = MeanSample(samples.subspan(first, last + 1 - first));
     if (std::abs(mean.stress.normal / normal - 1) > kNormalStressTolerance) continue;
-    if (point.reached && mean.stress.shear <= point.stress.shear) continue;
+    const double strength = mean.stress.shear - friction * (mean.stress.normal - normal);
+    if (point.reached && strength <= most) continue;
+    most = strength;
     point = {.reached = true, .stress = mean.stress, .strain = mean.strain};
   }
   return point;

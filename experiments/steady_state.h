@@ -35,7 +35,8 @@ struct SteadyState {
 /// Where a series has forgotten its beginning. The start is the truncation, within the first half,
 /// that gives the mean the smallest marginal standard error (MSER; White 1997, Simulation 69:323);
 /// what remains is steady if its two halves agree (after Geweke 1992, Bayesian Statistics 4:169):
-/// their means may differ significantly or by more than the tolerance, but not both. Requires 8
+/// their means may differ significantly or by more than the tolerance, but not both. A series with
+/// a long memory can hide a drift of some 10 %; a lost evaluation would cost more. Requires 8
 /// samples.
 SteadyState DetectSteadyState(std::span<const double> values,
                               const SteadyStateOptions& options = {});

@@ -73,7 +73,7 @@ TEST(SteadyState, FindsTheEndOfTheBeginning) {
 
 TEST(SteadyState, RefusesADrift) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-    const SteadyState state = DetectSteadyState(Shearing(0.6, seed));
+    const SteadyState state = DetectSteadyState(Shearing(1.5, seed));
     EXPECT_FALSE(state.found) << "seed " << seed << ", drift " << state.drift << " ± "
                               << state.drift_error;
   }
