@@ -36,7 +36,7 @@ struct ShearRecord {
 };
 
 /// Reads a trace whose outcome is ok. Between platens the strain is the bottom's path over the
-/// distance from its spheres' centres to the middle of the ridges. Returns "" or what is missing.
+/// distance from the middle of its bumps to that of the ridges. Returns "" or what is missing.
 std::string ReadShearRecord(const Program& program, const Trace& trace, ShearRecord* record);
 
 /// Means of the samples' members; the strain is the last one's. Requires a sample.
