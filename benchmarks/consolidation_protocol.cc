@@ -78,8 +78,8 @@ nlohmann::json Measure(const Variant& variant, const Point& point, const Options
   LocalExecutor executor(options.parallel);
   const fs::path folder = fs::temp_directory_path() / fmt::format("protocol-{}", getpid());
   for (int seed = 0; seed < seeds; ++seed) {
-    const auto run = planner.Plan({point.cohesion, point.rolling}, seed,
-                                  static_cast<std::uint64_t>(seed) + 1)[0];
+    const auto run = planner.PlanExperiment(0, {point.cohesion, point.rolling}, seed,
+                                            static_cast<std::uint64_t>(seed) + 1);
     executor.Submit(seed, [&planner, run, folder, seed](std::stop_token stop) {
       return planner.Execute(run, {.work_folder = folder / std::to_string(seed),
                                    .time_limit = std::chrono::minutes(10),

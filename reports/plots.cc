@@ -292,7 +292,11 @@ Figure ConvergenceFigure(const StudyResults& results) {
   figure.caption =
       "χ² of every evaluation: the sum over the responses of (simulated − observed)² over the "
       "variance. Line: χ² of the best point so far.";
-  if (results.failed > 0) figure.caption += " Crosses at the top: evaluations that failed.";
+  if (results.failed + results.partial > 0) {
+    figure.caption += results.partial == 0
+                          ? " Crosses at the top: evaluations that failed."
+                          : " Crosses at the top: evaluations that failed, wholly or in part.";
+  }
   return figure;
 }
 

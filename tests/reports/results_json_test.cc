@@ -26,7 +26,7 @@ TEST(ResultsJsonTest, HasTheKeysOfSchema1) {
   EXPECT_EQ(root.at("backend").at("version"), "3.8.0");
   EXPECT_EQ(root.at("backend").at("simulated"), true);
   EXPECT_EQ(root.at("evaluations"),
-            json({{"total", 14}, {"ok", 12}, {"failed", 2}, {"cached", 0}}));
+            json({{"total", 14}, {"ok", 12}, {"partial", 0}, {"failed", 2}, {"cached", 0}}));
   EXPECT_NEAR(root.at("overhead_fraction").get<double>(), 3.1 / 412.6, 1e-12);
 }
 

@@ -48,7 +48,7 @@ TEST(Planner, RefusesWhatTheBackendCannotRun) {
 
 TEST(Planner, ScalingTableShowsWhatTheSoftSimulationBreaks) {
   const Study study = Study::Load("quickstart");
-  const auto tables = Planner(study).ScalingTables({47500, 0.5});
+  const auto tables = Planner(study).ScalingTables({0}, {47500, 0.5});
   ASSERT_EQ(tables.size(), 1u);
   EXPECT_EQ(tables[0].experiment, "consolidation");
   const auto& groups = tables[0].groups;
