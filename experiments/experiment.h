@@ -87,6 +87,9 @@ class Experiment {
   /// velocity, … (the powder's are filled in by the study).
   virtual void DescribeConditions(Fidelity fidelity, Conditions& conditions) const = 0;
 
+  /// "" if the experiment makes sense for this powder and its contact law, else the reason why not.
+  virtual std::string ExplainUnsupported(const SimulatedPowder& /*powder*/) const { return ""; }
+
   /// The program for one particle seed. `conditions` are the simulation's, after scaling.
   virtual Program Plan(const SimulatedPowder& powder, const Conditions& conditions,
                        const Numerics& numerics, Fidelity fidelity, std::uint64_t seed) const = 0;
