@@ -80,7 +80,7 @@ void PrintText(Study& study, const Planner& planner, const std::vector<std::size
   const std::vector<double> centre = planner.Centre();
   const Planner::Cost cost = planner.EstimateCost(evaluate_also);
   for (const Planner::ExperimentCost& one : cost.experiments) {
-    if (!planner.CanPlan(one.experiment)) continue;
+    if (!planner.ExplainUnplanned(one.experiment).empty()) continue;
     Print("{}",
           DescribeProgram(study, one, planner.PlanExperiment(one.experiment, centre, 0).program));
   }
@@ -96,7 +96,8 @@ void PrintText(Study& study, const Planner& planner, const std::vector<std::size
           GroupTable(table));
   }
   PrintCost(study, cost);
-  for (const std::string& warning : planner.Warnings()) Print("warning: {}\n", warning);
+  for (const std::string& warning : planner.Warnings(evaluate_also))
+    Print("warning: {}\n", warning);
   if (blocked.empty()) {
     Print("\nready to run\n");
   } else {
@@ -125,7 +126,7 @@ void PrintJson(Study& study, const Planner& planner, const std::vector<std::size
   const Planner::Cost cost = planner.EstimateCost(evaluate_also);
   json programs = json::array();
   for (const Planner::ExperimentCost& one : cost.experiments) {
-    if (!planner.CanPlan(one.experiment)) continue;
+    if (!planner.ExplainUnplanned(one.experiment).empty()) continue;
     const PlannedRun run = planner.PlanExperiment(one.experiment, planner.Centre(), 0);
     programs.push_back(
         {{"experiment", run.program.experiment},
@@ -144,7 +145,7 @@ void PrintJson(Study& study, const Planner& planner, const std::vector<std::size
                          {"resolved", study.ToYaml()},
                          {"ready", blocked.empty()},
                          {"problem", blocked},
-                         {"warnings", planner.Warnings()},
+                         {"warnings", planner.Warnings(evaluate_also)},
                          {"backend",
                           {{"name", study.backend.backend->name()},
                            {"available", availability.available},

@@ -87,8 +87,15 @@ class Experiment {
   /// velocity, … (the powder's are filled in by the study).
   virtual void DescribeConditions(Fidelity fidelity, Conditions& conditions) const = 0;
 
-  /// "" if the experiment makes sense for this powder and its contact law, else the reason why not.
+  /// Puts in what the simulation has of its own, after scaling: the size of its cell, its rate.
+  virtual void DescribeSimulation(const SimulatedPowder& /*powder*/, Fidelity /*fidelity*/,
+                                  Conditions& /*simulation*/) const {}
+
+  /// Why this powder, as it is simulated, cannot be tested so, or "".
   virtual std::string ExplainUnsupported(const SimulatedPowder& /*powder*/) const { return ""; }
+
+  /// What a user should know of a program of this experiment before it is run.
+  virtual std::vector<std::string> Warnings(const Program& /*program*/) const { return {}; }
 
   /// The program for one particle seed. `conditions` are the simulation's, after scaling.
   virtual Program Plan(const SimulatedPowder& powder, const Conditions& conditions,

@@ -59,6 +59,8 @@ Conditions Planner::Simulation(std::size_t experiment,
   simulation.friction = contact.friction;
   simulation.rolling_friction = contact.rolling_friction;
   simulation.time_step = study_.numerics.TimeStep(powder);
+  study_.experiments[experiment].experiment->DescribeSimulation(
+      powder, study_.FidelityOf(experiment), simulation);
   return simulation;
 }
 
@@ -83,8 +85,15 @@ SimulatedPowder Planner::MakePowder(const Conditions& simulation,
   return powder;
 }
 
-bool Planner::CanPlan(std::size_t experiment) const {
-  return study_.scaling->ExplainUnsupported(Laboratory(experiment)).empty();
+std::string Planner::ExplainUnplanned(std::size_t experiment) const {
+  const StudyExperiment& entry = study_.experiments[experiment];
+  std::string reason = study_.scaling->ExplainUnsupported(Laboratory(experiment));
+  if (!reason.empty()) {
+    return fmt::format("scaling '{}' of {}: {}", study_.scaling->name(), entry.name(), reason);
+  }
+  reason =
+      entry.experiment->ExplainUnsupported(MakePowder(Simulation(experiment, Centre()), Centre()));
+  return reason.empty() ? "" : fmt::format("{}: {}", entry.name(), reason);
 }
 
 PlannedRun Planner::PlanExperiment(std::size_t experiment, const std::vector<double>& parameters,
@@ -120,19 +129,36 @@ std::vector<double> Planner::Centre() const {
   return {values.begin(), values.end()};
 }
 
-std::vector<std::string> Planner::Warnings() const {
+std::vector<std::string> Planner::Warnings(const std::vector<std::size_t>& evaluate_also) const {
   std::vector<std::string> warnings = study_.warnings;
-  if (!study_.backend.backend->simulates() || !ExplainUnsupported().empty()) return warnings;
-  for (const PlannedRun& run : Plan(Centre(), 0)) {
-    const Materials& m = run.program.materials;
+  std::vector<std::size_t> experiments = study_.CalibratedExperiments();
+  experiments.insert(experiments.end(), evaluate_also.begin(), evaluate_also.end());
+  if (!study_.backend.backend->simulates() || !ExplainUnsupported(experiments).empty()) {
+    return warnings;
+  }
+  for (const std::size_t i : experiments) {
+    const Program program = PlanExperiment(i, Centre(), 0).program;
+    const Materials& m = program.materials;
     const double fraction =
-        run.program.time_step / RayleighTime(study_.powder.sizes.Quantile(0) / 2, m.density,
-                                             m.young_modulus, m.poisson_ratio);
+        program.time_step / RayleighTime(study_.powder.sizes.Quantile(0) / 2, m.density,
+                                         m.young_modulus, m.poisson_ratio);
     if (fraction <= 0.4) continue;
     warnings.push_back(
         fmt::format("{}: the time step is {:.2g} Rayleigh times of the smallest "
                     "particle; beyond 0.4 runs blow up",
-                    run.program.experiment, fraction));
+                    program.experiment, fraction));
+  }
+  // What experiments warn of, chatter of rolling friction, is worst where that is largest.
+  std::vector<double> parameters = Centre();
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const Parameter& parameter = study_.space.parameters[i];
+    if (parameter.name == "rolling_friction") parameters[i] = parameter.upper;
+  }
+  for (const std::size_t i : experiments) {
+    const Program program = PlanExperiment(i, parameters, 0).program;
+    for (std::string& text : study_.experiments[i].experiment->Warnings(program)) {
+      warnings.push_back(std::move(text));
+    }
   }
   return warnings;
 }
@@ -143,11 +169,7 @@ std::string Planner::ExplainUnsupported() const {
 
 std::string Planner::ExplainUnsupported(const std::vector<std::size_t>& experiments) const {
   for (const std::size_t i : experiments) {
-    const std::string reason = study_.scaling->ExplainUnsupported(Laboratory(i));
-    if (!reason.empty()) {
-      return fmt::format("scaling '{}' of {}: {}", study_.scaling->name(),
-                         study_.experiments[i].name(), reason);
-    }
+    if (const std::string reason = ExplainUnplanned(i); !reason.empty()) return reason;
   }
   std::vector<Conditions> all;
   for (std::size_t i = 0; i < study_.experiments.size(); ++i) all.push_back(Laboratory(i));
@@ -212,7 +234,7 @@ Planner::Cost Planner::EstimateCost(const std::vector<std::size_t>& evaluate_als
     one.experiment = experiment;
     one.runs = runs;
     cost.runs += runs;
-    if (!CanPlan(experiment)) return;
+    if (!ExplainUnplanned(experiment).empty()) return;
     const Program program = PlanExperiment(experiment, Centre(), 0).program;
     one.particles = program.particles.packing ? static_cast<int>(program.particles.packing->size())
                                               : program.particles.count;
@@ -237,7 +259,7 @@ std::vector<ScalingTable> Planner::ScalingTables(const std::vector<std::size_t>&
                                                  const std::vector<double>& parameters) const {
   std::vector<ScalingTable> tables;
   for (const std::size_t i : experiments) {
-    if (!CanPlan(i)) continue;
+    if (!ExplainUnplanned(i).empty()) continue;
     tables.push_back(
         {study_.experiments[i].name(), CompareGroups(Laboratory(i), Simulation(i, parameters))});
   }

@@ -30,11 +30,11 @@ class Planner {
   /// The study must outlive the planner.
   explicit Planner(const Study& study);
 
-  /// Whether the scaling supports an experiment, without which there is no program of it.
-  bool CanPlan(std::size_t experiment) const;
-  /// The program of one replicate of an experiment. Requires CanPlan(). `parameters`: SI, in the
-  /// order of the search space. `seed` overrides the particle seed that follows from study seed,
-  /// values and replicate.
+  /// Why there is no program of an experiment, for the scaling or the experiment itself, or "".
+  std::string ExplainUnplanned(std::size_t experiment) const;
+  /// The program of one replicate of an experiment. Requires ExplainUnplanned() == "".
+  /// `parameters`: SI, in the order of the search space. `seed` overrides the particle seed that
+  /// follows from study seed, values and replicate.
   PlannedRun PlanExperiment(std::size_t experiment, const std::vector<double>& parameters,
                             int replicate, std::optional<std::uint64_t> seed = {}) const;
   /// Programs of one replicate, one for each experiment that is calibrated.
@@ -43,14 +43,14 @@ class Planner {
   /// The centre of the search box [SI].
   std::vector<double> Centre() const;
 
-  /// Why scaling or backend cannot run these experiments, or "".
+  /// Why these experiments cannot be run, for the scaling, themselves or the backend, or "".
   std::string ExplainUnsupported(const std::vector<std::size_t>& experiments) const;
   /// The same for those that are calibrated.
   std::string ExplainUnsupported() const;
 
-  /// What a user should know before anything is run: the study's own warnings, and a time step
-  /// beyond 0.4 Rayleigh times.
-  std::vector<std::string> Warnings() const;
+  /// What a user should know before anything is run: the study's own warnings, a time step beyond
+  /// 0.4 Rayleigh times, and what the experiments warn of at the largest rolling friction.
+  std::vector<std::string> Warnings(const std::vector<std::size_t>& evaluate_also = {}) const;
 
   /// Runs a planned simulation and measures it. Never throws for failures of the simulation.
   LedgerRun Execute(const PlannedRun& run, const RunContext& context) const;
@@ -58,11 +58,11 @@ class Planner {
   /// Conditions of an experiment in the laboratory and, with these parameters, in the simulation.
   Conditions Laboratory(std::size_t experiment) const;
   Conditions Simulation(std::size_t experiment, const std::vector<double>& parameters) const;
-  /// Pi groups of these experiments, as far as CanPlan().
+  /// Pi groups of these experiments, as far as they can be planned.
   std::vector<ScalingTable> ScalingTables(const std::vector<std::size_t>& experiments,
                                           const std::vector<double>& parameters) const;
 
-  /// What one run of an experiment costs, at the centre of the box; zeros unless CanPlan().
+  /// What one run of an experiment costs, at the centre of the box; zeros if it cannot be planned.
   struct ExperimentCost {
     std::size_t experiment = 0;
     int runs = 0;  ///< all evaluations, replicates and the confirmation; or the seeds of a transfer

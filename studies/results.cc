@@ -218,8 +218,9 @@ void AddHistory(const Study& study, const Planner& planner, const Ledger& ledger
 }
 
 // What only the study knows; reports/statements.h derives the other caveats from the results.
-void AddWarnings(const Planner& planner, StudyResults& results) {
-  results.warnings = planner.Warnings();
+void AddWarnings(const Planner& planner, const std::vector<std::size_t>& evaluated_also,
+                 StudyResults& results) {
+  results.warnings = planner.Warnings(evaluated_also);
   if (!results.best) return;
   const int wanted = planner.study().backend.confirm_replicates;
   for (const auto* responses :
@@ -233,13 +234,13 @@ void AddWarnings(const Planner& planner, StudyResults& results) {
   }
 }
 
-// Those that are calibrated, and those that the best point was evaluated on.
-std::vector<std::size_t> EvaluatedExperiments(const Study& study, const TransferResult& transfer) {
+// Those that the best point was evaluated on besides.
+std::vector<std::size_t> TransferredExperiments(const Study& study,
+                                                const TransferResult& transfer) {
   std::vector<std::size_t> indices;
   for (std::size_t i = 0; i < study.experiments.size(); ++i) {
-    const StudyExperiment& entry = study.experiments[i];
-    if (entry.calibrate || std::find(transfer.experiments.begin(), transfer.experiments.end(),
-                                     entry.name()) != transfer.experiments.end()) {
+    if (std::find(transfer.experiments.begin(), transfer.experiments.end(),
+                  study.experiments[i].name()) != transfer.experiments.end()) {
       indices.push_back(i);
     }
   }
@@ -286,12 +287,14 @@ StudyResults CollectResults(Study& study, const Ledger& ledger) {
       parameters[i] = results.history[*results.best].parameters.at(study.space.parameters[i].name);
     }
   }
-  results.scaling_tables =
-      planner.ScalingTables(EvaluatedExperiments(study, results.transfer), parameters);
+  const std::vector<std::size_t> also = TransferredExperiments(study, results.transfer);
+  std::vector<std::size_t> evaluated = study.CalibratedExperiments();
+  evaluated.insert(evaluated.end(), also.begin(), also.end());
+  results.scaling_tables = planner.ScalingTables(evaluated, parameters);
   const Ledger::Times times = ledger.TotalTimes();
   results.wall_seconds = times.wall;
   results.overhead_seconds = times.overhead;
-  AddWarnings(planner, results);
+  AddWarnings(planner, also, results);
   return results;
 }
 
