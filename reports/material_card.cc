@@ -73,6 +73,7 @@ void EmitResponses(YAML::Emitter& out, const std::vector<ResponseResult>& respon
       Number(out, "observed", response.observed);
       Number(out, "sd", response.sd);
       Number(out, "deviation", fit.deviation);
+      Number(out, "standard_deviations_off", StandardDeviationsOff(response));
       if (response.tolerance) Number(out, "tolerance", response.tolerance);
       Key(out, "within");
       out << fit.within;

@@ -379,4 +379,18 @@ std::vector<Figure> FitFigures(const StudyResults& results) {
   return figures;
 }
 
+std::vector<Figure> TransferFigures(const StudyResults& results) {
+  std::vector<ResponseResult> compared;
+  for (const ResponseResult& response : results.transfer.responses) {
+    if (response.was_observed()) compared.push_back(response);
+  }
+  if (compared.size() < 2) return {};
+  Figure figure{.key = "transfer", .title = "Deviation of what was not fitted"};
+  figure.caption =
+      "Simulated minus observed at the best point, in standard deviations of the observation, of "
+      "the experiments that took no part in the calibration.";
+  figure.spec = DeviationSpec(compared);
+  return {figure};
+}
+
 }  // namespace powdercal

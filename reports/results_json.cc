@@ -86,6 +86,7 @@ json FittedResponses(const std::vector<ResponseResult>& responses) {
                              {"sd", observed ? Number(response.sd) : json(nullptr)},
                              {"unit", response.unit},
                              {"deviation", Number(fit.deviation)},
+                             {"standard_deviations_off", Number(StandardDeviationsOff(response))},
                              {"tolerance", Number(response.tolerance)},
                              {"within", observed ? json(fit.within) : json(nullptr)},
                              {"source", response.source}};

@@ -156,23 +156,14 @@ std::string TransferHeadline(const StudyResults& results) {
 std::vector<std::string> TransferStatements(const StudyResults& results) {
   std::vector<std::string> statements;
   for (const ResponseResult& response : results.transfer.responses) {
-    const std::string title = Capitalised(QualifiedTitle(response));
-    if (!response.simulated) {
-      statements.push_back(title + " has no value.");
-      continue;
-    }
-    std::string text = title + ": " + ValueText(*response.simulated, response.unit);
     const std::optional<double> off = StandardDeviationsOff(response);
-    if (off) {
-      text += fmt::format(" against {} ± {} observed, {} standard deviations too {}; {}.",
-                          ValueText(response.observed, response.unit),
-                          ValueText(response.sd, response.unit, 2), NumberText(std::abs(*off), 2),
-                          *off < 0 ? "low" : "high",
-                          JudgeFit(response).within ? "it agrees" : "it does not agree");
-    } else {
-      text += "; it was not observed.";
-    }
-    statements.push_back(text);
+    if (!off) continue;
+    statements.push_back(fmt::format(
+        "{}: {} against {} ± {} observed, {} standard deviations too {}; it {}.",
+        Capitalised(QualifiedTitle(response)), ValueText(*response.simulated, response.unit),
+        ValueText(response.observed, response.unit), ValueText(response.sd, response.unit, 2),
+        NumberText(std::abs(*off), 2), *off < 0 ? "low" : "high",
+        JudgeFit(response).within ? "agrees" : "does not agree"));
   }
   for (const ExperimentFailure& failure : results.transfer.failures) {
     statements.push_back(Sentence(fmt::format("{} gave no value in {} of {}, {}: {}",

@@ -26,8 +26,8 @@ std::optional<double> StandardDeviationsOff(const ResponseResult& response);
 /// What the best point gives on experiments that were not calibrated: how many of the observed
 /// responses it meets; "" where it was evaluated on none.
 std::string TransferHeadline(const StudyResults& results);
-/// A sentence on each of these responses, by how many standard deviations it is off; and on each
-/// experiment that failed, why.
+/// A sentence on each of these responses that was observed, by how many standard deviations it is
+/// off; and on each experiment that failed, why.
 std::vector<std::string> TransferStatements(const StudyResults& results);
 
 /// "quick", "quick; shear: standard".
