@@ -32,6 +32,7 @@ std::string TextCell(std::string_view text, std::string_view css = "") {
 }
 
 std::string OutcomeTag(const std::string& outcome) {
+  if (outcome == kPartial) return "<span class=\"tag off\">✕ in part</span>";
   return outcome == "ok"
              ? std::string("<span class=\"tag good\">ok</span>")
              : fmt::format("<span class=\"tag bad\">✕ {}</span>", H(ReadableName(outcome)));
@@ -72,24 +73,28 @@ std::string EvaluationRow(const StudyResults& results, const EvaluationResult& e
   return html + "</tr>\n";
 }
 
+std::string RunRow(std::int64_t evaluation, const RunResult& run) {
+  std::string row = run.reason == "ok" ? "<tr>" : "<tr class=\"failed\">";
+  row +=
+      fmt::format("<td class=\"number\">{}</td><td class=\"number\">{}</td>", run.id, evaluation);
+  row += TextCell(run.experiment) +
+         fmt::format("<td class=\"number\">{}</td><td class=\"number\">{}</td><td>{}</td>",
+                     run.replicate, run.seed, OutcomeTag(run.reason));
+  row += NumberCell(run.wall_seconds, 3) +
+         fmt::format("<td class=\"hash\" title=\"{}\">{}</td>", H(run.program_hash),
+                     H(std::string_view(run.program_hash).substr(0, 12)));
+  return row + TextCell(run.message, "message") + "</tr>\n";
+}
+
 std::string RunsTable(const StudyResults& results) {
   std::string rows;
   int count = 0;
-  for (const EvaluationResult& evaluation : results.history) {
-    for (const RunResult& run : evaluation.runs) {
-      ++count;
-      rows += run.reason == "ok" ? "<tr>" : "<tr class=\"failed\">";
-      rows += fmt::format("<td class=\"number\">{}</td><td class=\"number\">{}</td>", run.id,
-                          evaluation.id);
-      rows += TextCell(run.experiment) +
-              fmt::format("<td class=\"number\">{}</td><td class=\"number\">{}</td><td>{}</td>",
-                          run.replicate, run.seed, OutcomeTag(run.reason));
-      rows += NumberCell(run.wall_seconds, 3) +
-              fmt::format("<td class=\"hash\" title=\"{}\">{}</td>", H(run.program_hash),
-                          H(std::string_view(run.program_hash).substr(0, 12)));
-      rows += TextCell(run.message, "message") + "</tr>\n";
-    }
-  }
+  const auto add = [&](const EvaluationResult& evaluation, const std::vector<RunResult>& runs) {
+    for (const RunResult& run : runs) rows += RunRow(evaluation.id, run);
+    count += static_cast<int>(runs.size());
+  };
+  for (const EvaluationResult& evaluation : results.history) add(evaluation, evaluation.runs);
+  if (const EvaluationResult* best = BestEvaluation(results)) add(*best, results.transfer.runs);
   if (count == 0) return "";
   return fmt::format(
       "<details><summary>{} behind these evaluations</summary>\n<div class=\"scroll\">"
@@ -101,10 +106,10 @@ std::string RunsTable(const StudyResults& results) {
 }
 
 // What else was measured in the simulations of the best point.
-std::string DiagnosticsTable(const EvaluationResult& best) {
+std::string DiagnosticsTable(const std::vector<RunResult>& runs) {
   std::set<std::string> names;
   std::string head = "<th>diagnostic (SI)</th>";
-  for (const RunResult& run : best.runs) {
+  for (const RunResult& run : runs) {
     for (const auto& [name, value] : run.diagnostics) names.insert(name);
     head += fmt::format("<th class=\"number\">{}, seed {}</th>", H(run.experiment), run.seed);
   }
@@ -112,7 +117,7 @@ std::string DiagnosticsTable(const EvaluationResult& best) {
   std::string rows;
   for (const std::string& name : names) {
     rows += "<tr>" + TextCell(ReadableName(name));
-    for (const RunResult& run : best.runs) {
+    for (const RunResult& run : runs) {
       const auto found = run.diagnostics.find(name);
       rows += NumberCell(
           found == run.diagnostics.end() ? std::nullopt : std::optional<double>(found->second), 5);
@@ -150,7 +155,11 @@ std::string EvaluationsSection(const StudyResults& results) {
   }
   html += "</tbody></table></div>\n<p class=\"muted small\">Click a column's head to sort.</p>\n";
   html += RunsTable(results);
-  if (const EvaluationResult* best = BestEvaluation(results)) html += DiagnosticsTable(*best);
+  if (const EvaluationResult* best = BestEvaluation(results)) {
+    std::vector<RunResult> runs = best->runs;
+    runs.insert(runs.end(), results.transfer.runs.begin(), results.transfer.runs.end());
+    html += DiagnosticsTable(runs);
+  }
   return html + "</section>\n";
 }
 

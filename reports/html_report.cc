@@ -65,7 +65,7 @@ std::string ScriptJson(const nlohmann::json& value) {
 
 std::vector<Figure> AllFigures(const StudyResults& results) {
   std::vector<Figure> figures = {ConvergenceFigure(results)};
-  for (const auto make : {FitFigures, SurfaceFigures, ParallelFigures}) {
+  for (const auto make : {FitFigures, TransferFigures, SurfaceFigures, ParallelFigures}) {
     std::vector<Figure> more = make(results);
     figures.insert(figures.end(), std::make_move_iterator(more.begin()),
                    std::make_move_iterator(more.end()));

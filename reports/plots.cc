@@ -292,7 +292,11 @@ Figure ConvergenceFigure(const StudyResults& results) {
   figure.caption =
       "χ² of every evaluation: the sum over the responses of (simulated − observed)² over the "
       "variance. Line: χ² of the best point so far.";
-  if (results.failed > 0) figure.caption += " Crosses at the top: evaluations that failed.";
+  if (results.failed + results.partial > 0) {
+    figure.caption += results.partial == 0
+                          ? " Crosses at the top: evaluations that failed."
+                          : " Crosses at the top: evaluations that failed, wholly or in part.";
+  }
   return figure;
 }
 
@@ -373,6 +377,20 @@ std::vector<Figure> FitFigures(const StudyResults& results) {
     figures.push_back(std::move(figure));
   }
   return figures;
+}
+
+std::vector<Figure> TransferFigures(const StudyResults& results) {
+  std::vector<ResponseResult> compared;
+  for (const ResponseResult& response : results.transfer.responses) {
+    if (response.was_observed()) compared.push_back(response);
+  }
+  if (compared.size() < 2) return {};
+  Figure figure{.key = "transfer", .title = "Deviation of what was not fitted"};
+  figure.caption =
+      "Simulated minus observed at the best point, in standard deviations of the observation, of "
+      "the experiments that took no part in the calibration.";
+  figure.spec = DeviationSpec(compared);
+  return {figure};
 }
 
 }  // namespace powdercal

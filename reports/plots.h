@@ -33,4 +33,7 @@ std::vector<Figure> ParallelFigures(const StudyResults& results);
 /// unit.
 std::vector<Figure> FitFigures(const StudyResults& results);
 
+/// With two or more observed responses of experiments that were not fitted: their deviations.
+std::vector<Figure> TransferFigures(const StudyResults& results);
+
 }  // namespace powdercal

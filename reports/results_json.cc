@@ -45,6 +45,16 @@ json Targets(const StudyResults& results) {
   return list;
 }
 
+json Experiments(const StudyResults& results) {
+  json list = json::array();
+  for (const ExperimentResult& experiment : results.experiments) {
+    list.push_back({{"name", experiment.name},
+                    {"fidelity", experiment.fidelity},
+                    {"calibrated", experiment.calibrated}});
+  }
+  return list;
+}
+
 json StudyObject(const StudyResults& results) {
   return {{"name", results.study},
           {"description", results.description},
@@ -53,6 +63,7 @@ json StudyObject(const StudyResults& results) {
           {"seed", results.seed},
           {"parameters", Parameters(results.parameters)},
           {"targets", Targets(results)},
+          {"experiments", Experiments(results)},
           {"contact_law", results.law},
           {"scaling", {{"mode", results.scaling}, {"description", results.scaling_description}}}};
 }
@@ -67,18 +78,32 @@ json FittedResponses(const std::vector<ResponseResult>& responses) {
   json object = json::object();
   for (const ResponseResult& response : responses) {
     const Fit fit = JudgeFit(response);
+    const bool observed = response.was_observed();
     object[response.name] = {{"simulated", Number(response.simulated)},
                              {"seed_sd", Number(response.seed_sd)},
                              {"replicates", response.replicates},
-                             {"observed", Number(response.observed)},
-                             {"sd", Number(response.sd)},
+                             {"observed", observed ? Number(response.observed) : json(nullptr)},
+                             {"sd", observed ? Number(response.sd) : json(nullptr)},
                              {"unit", response.unit},
                              {"deviation", Number(fit.deviation)},
+                             {"standard_deviations_off", Number(StandardDeviationsOff(response))},
                              {"tolerance", Number(response.tolerance)},
-                             {"within", fit.within},
+                             {"within", observed ? json(fit.within) : json(nullptr)},
                              {"source", response.source}};
   }
   return object;
+}
+
+json Failures(const std::vector<ExperimentFailure>& failures) {
+  json list = json::array();
+  for (const ExperimentFailure& failure : failures) {
+    list.push_back({{"experiment", failure.experiment},
+                    {"outcome", failure.reason},
+                    {"message", failure.message},
+                    {"failed_runs", failure.failed_runs},
+                    {"runs", failure.runs}});
+  }
+  return list;
 }
 
 json FittedPoint(const EvaluationResult& evaluation) {
@@ -111,6 +136,13 @@ json HistoryEntry(const EvaluationResult& evaluation) {
           {"responses", std::move(responses)},
           {"chi2", Number(evaluation.chi2)},
           {"best_chi2", Number(evaluation.best_chi2)}};
+}
+
+json BestPoint(const StudyResults& results, const EvaluationResult& best) {
+  json point = FittedPoint(best);
+  point["transfer"] = FittedResponses(results.transfer.responses);
+  point["transfer_failures"] = Failures(results.transfer.failures);
+  return point;
 }
 
 json RunEntry(const EvaluationResult& evaluation, const RunResult& run) {
@@ -158,9 +190,13 @@ json ResultsToJson(const StudyResults& results) {
     if (evaluation.outcome != "ok") {
       failures.push_back({{"evaluation", evaluation.id},
                           {"outcome", evaluation.outcome},
-                          {"message", evaluation.message}});
+                          {"message", evaluation.message},
+                          {"experiments", Failures(evaluation.failures)}});
     }
     for (const RunResult& run : evaluation.runs) runs.push_back(RunEntry(evaluation, run));
+  }
+  if (best != nullptr) {
+    for (const RunResult& run : results.transfer.runs) runs.push_back(RunEntry(*best, run));
   }
   const std::optional<double> overhead =
       results.wall_seconds > 0 ? std::optional(results.overhead_seconds / results.wall_seconds)
@@ -178,9 +214,10 @@ json ResultsToJson(const StudyResults& results) {
       {"evaluations",
        {{"total", results.total},
         {"ok", results.ok},
+        {"partial", results.partial},
         {"failed", results.failed},
         {"cached", results.cached}}},
-      {"best", best ? FittedPoint(*best) : json(nullptr)},
+      {"best", best ? BestPoint(results, *best) : json(nullptr)},
       {"pareto", Pareto(results)},
       {"history", std::move(history)},
       {"failures", std::move(failures)},

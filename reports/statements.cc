@@ -40,6 +40,14 @@ std::string ResponseTitle(const ResponseResult& response, const std::vector<Resp
   return name + " of " + response.name.substr(0, response.name.rfind('.'));
 }
 
+// "void ratio of consolidation".
+std::string QualifiedTitle(const ResponseResult& response) {
+  const std::size_t dot = response.name.rfind('.');
+  const std::string name = ReadableName(response.name);
+  return dot == std::string::npos ? name
+                                  : name + " of " + ReadableName(response.name.substr(0, dot));
+}
+
 // A parameter within 1 % of the end of its searched range, or "".
 std::string EdgeOfRange(const Parameter& parameter, double value) {
   const bool logarithmic = parameter.logarithmic && parameter.lower > 0 && value > 0;
@@ -79,10 +87,25 @@ void AddFitCaveats(const StudyResults& results, const EvaluationResult& best,
   }
 }
 
+// Where the parameters have been tried on something else, and failed.
+void AddTransferCaveats(const StudyResults& results, std::vector<std::string>& caveats) {
+  const auto& responses = results.transfer.responses;
+  const bool missed =
+      std::any_of(responses.begin(), responses.end(), [](const ResponseResult& response) {
+        return response.was_observed() && !JudgeFit(response).within;
+      });
+  if (missed) caveats.push_back(TransferHeadline(results));
+  if (!missed && !results.transfer.failures.empty()) {
+    caveats.push_back(fmt::format("At the best point {} failed, which was not fitted.",
+                                  ReadableName(results.transfer.failures.front().experiment)));
+  }
+}
+
 }  // namespace
 
 Fit JudgeFit(const ResponseResult& response) {
   Fit fit;
+  if (!response.was_observed()) return fit;
   fit.has_tolerance = response.tolerance.has_value();
   const double seed_variance =
       response.replicates > 1 ? response.seed_sd * response.seed_sd / response.replicates : 0;
@@ -92,6 +115,72 @@ Fit JudgeFit(const ResponseResult& response) {
   fit.deviation = *response.simulated - response.observed;
   fit.within = std::abs(*fit.deviation) < fit.limit;
   return fit;
+}
+
+std::optional<double> StandardDeviationsOff(const ResponseResult& response) {
+  if (!response.simulated || !response.was_observed()) return std::nullopt;
+  const double seed_variance =
+      response.replicates > 1 ? response.seed_sd * response.seed_sd / response.replicates : 0;
+  return (*response.simulated - response.observed) /
+         std::sqrt(response.sd * response.sd + seed_variance);
+}
+
+std::string TransferHeadline(const StudyResults& results) {
+  const TransferResult& transfer = results.transfer;
+  if (transfer.experiments.empty()) return "";
+  int observed = 0;
+  int within = 0;
+  for (const ResponseResult& response : transfer.responses) {
+    if (!response.was_observed()) continue;
+    ++observed;
+    if (JudgeFit(response).within) ++within;
+  }
+  std::vector<std::string> names;
+  for (const std::string& name : transfer.experiments) names.push_back(ReadableName(name));
+  const std::string where = Enumerated(names);
+  const std::string fitted = names.size() == 1 ? "it was not fitted" : "they were not fitted";
+  if (observed == 0) {
+    return fmt::format("Evaluated on {} as well ({}); nothing was observed to compare with.", where,
+                       fitted);
+  }
+  const std::string compared = CountText(observed, "response");
+  if (within == observed) {
+    return fmt::format(
+        "Transfers to {} ({}): {} as observed.", where, fitted,
+        observed == 1 ? "its response comes out" : fmt::format("all {} come out", compared));
+  }
+  return fmt::format("Does not transfer to {} ({}): {} of {} as observed.", where, fitted,
+                     within == 0 ? "none" : fmt::format("{}", within), compared);
+}
+
+std::vector<std::string> TransferStatements(const StudyResults& results) {
+  std::vector<std::string> statements;
+  for (const ResponseResult& response : results.transfer.responses) {
+    const std::optional<double> off = StandardDeviationsOff(response);
+    if (!off) continue;
+    statements.push_back(fmt::format(
+        "{}: {} against {} ± {} observed, {} standard deviations too {}; it {}.",
+        Capitalised(QualifiedTitle(response)), ValueText(*response.simulated, response.unit),
+        ValueText(response.observed, response.unit), ValueText(response.sd, response.unit, 2),
+        NumberText(std::abs(*off), 2), *off < 0 ? "low" : "high",
+        JudgeFit(response).within ? "agrees" : "does not agree"));
+  }
+  for (const ExperimentFailure& failure : results.transfer.failures) {
+    statements.push_back(Sentence(fmt::format("{} gave no value in {} of {}, {}: {}",
+                                              ReadableName(failure.experiment), failure.failed_runs,
+                                              CountText(failure.runs, "run"),
+                                              ReadableName(failure.reason), failure.message)));
+  }
+  return statements;
+}
+
+std::string FidelityText(const StudyResults& results) {
+  std::string text = results.fidelity;
+  for (const ExperimentResult& experiment : results.experiments) {
+    if (experiment.fidelity == results.fidelity) continue;
+    text += fmt::format("; {}: {}", ReadableName(experiment.name), experiment.fidelity);
+  }
+  return text;
 }
 
 const EvaluationResult* BestEvaluation(const StudyResults& results) {
@@ -126,8 +215,10 @@ Conclusion Conclude(const StudyResults& results) {
   const EvaluationResult* best = BestEvaluation(results);
   if (best == nullptr) {
     conclusion.headline =
-        results.total == 0
-            ? "Nothing was calibrated: no evaluation has ended yet."
+        results.total == 0 ? "Nothing was calibrated: no evaluation has ended yet."
+        : results.partial > 0
+            ? fmt::format("Nothing was calibrated: of {} none gave every response.",
+                          CountText(results.total, "evaluation"))
             : fmt::format("Nothing was calibrated: {}.",
                           results.total == 1
                               ? std::string("the only evaluation failed")
@@ -182,6 +273,7 @@ std::vector<std::string> Caveats(const StudyResults& results) {
     caveats.push_back(fmt::format("The study is {}: the result is provisional.", results.state));
   }
   if (best != nullptr) AddFitCaveats(results, *best, caveats);
+  AddTransferCaveats(results, caveats);
   for (const ScalingTable& table : results.scaling_tables) {
     for (const GroupComparison& group : table.groups) {
       if (group.verdict != GroupComparison::Verdict::violated) continue;

@@ -20,6 +20,19 @@ struct Fit {
 /// difference: 2 √(sd² + seed_sd²/replicates).
 Fit JudgeFit(const ResponseResult& response);
 
+/// (simulated − observed)/√(sd² + seed_sd²/replicates); empty where either is missing.
+std::optional<double> StandardDeviationsOff(const ResponseResult& response);
+
+/// What the best point gives on experiments that were not calibrated: how many of the observed
+/// responses it meets; "" where it was evaluated on none.
+std::string TransferHeadline(const StudyResults& results);
+/// A sentence on each of these responses that was observed, by how many standard deviations it is
+/// off; and on each experiment that failed, why.
+std::vector<std::string> TransferStatements(const StudyResults& results);
+
+/// "quick", "quick; shear: standard".
+std::string FidelityText(const StudyResults& results);
+
 /// The best evaluation, or nullptr.
 const EvaluationResult* BestEvaluation(const StudyResults& results);
 

@@ -1,5 +1,7 @@
 #include "studies/evaluation.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <limits>
 
@@ -95,11 +97,36 @@ bool WithinTolerance(const Study& study, const ReducedResponses& point) {
   return any;
 }
 
-Outcome FailureOf(const std::vector<const LedgerRun*>& runs) {
+ExperimentFailure FailureOf(const std::string& experiment, const std::string& missing,
+                            const std::vector<const LedgerRun*>& runs) {
+  ExperimentFailure failure{.experiment = experiment, .reason = kNoValue};
   for (const LedgerRun* run : runs) {
-    if (!run->outcome.ok()) return run->outcome;
+    if (run->experiment != experiment) continue;
+    ++failure.runs;
+    if (run->outcome.ok()) continue;
+    if (failure.failed_runs++ > 0) continue;
+    failure.reason = ToString(run->outcome.reason);
+    failure.message = run->outcome.message;
   }
-  return {};
+  if (failure.failed_runs == 0 && failure.runs > 0) {
+    failure.message = fmt::format("the simulations gave no {}", missing);
+  }
+  return failure;
+}
+
+std::vector<ExperimentFailure> FailuresOf(const Objectives& objectives,
+                                          const ReducedResponses& point,
+                                          const std::vector<const LedgerRun*>& runs) {
+  std::vector<ExperimentFailure> failures;
+  for (std::size_t t = 0; t < objectives.targets.size(); ++t) {
+    if (point.counts[static_cast<Eigen::Index>(t)] > 0) continue;
+    const std::string& name = objectives.targets[t].response;
+    const std::size_t dot = name.find('.');
+    const std::string experiment = name.substr(0, dot);
+    if (!failures.empty() && failures.back().experiment == experiment) continue;
+    failures.push_back(FailureOf(experiment, name.substr(dot + 1), runs));
+  }
+  return failures;
 }
 
 }  // namespace powdercal

@@ -189,5 +189,31 @@ TEST(HtmlReportTest, LibrariesCannotEndTheirScript) {
   }
 }
 
+TEST(HtmlReportTest, TransferredResponsesStandApart) {
+  const std::string markup = Markup(HtmlReport(TransferSample()));
+  const auto card = markup.find("<section class=\"card wide transfer\">");
+  ASSERT_NE(card, std::string::npos);
+  const std::string transfer = markup.substr(card, markup.find("</section>", card) - card);
+  for (const char* part : {"was not fitted", "coverage", "3.8 standard deviations too low",
+                           "not observed", "Repose gave no value"}) {
+    EXPECT_THAT(transfer, HasSubstr(part));
+  }
+  EXPECT_THAT(transfer, Not(HasSubstr("void ratio")));
+  const std::string fit = markup.substr(markup.find("card fit"), card - markup.find("card fit"));
+  EXPECT_THAT(fit, Not(HasSubstr("coverage")));
+  EXPECT_THAT(markup, HasSubstr("photograph, &lt;3 trials&gt;"));
+  EXPECT_THAT(Unbalanced(markup), testing::IsEmpty());
+  EXPECT_TRUE(Specs(HtmlReport(TransferSample())).contains("transfer"));
+  EXPECT_THAT(Markup(HtmlReport(JointSample())), Not(HasSubstr("card wide transfer")));
+}
+
+TEST(HtmlReportTest, PartialFailuresSayWhichExperiment) {
+  const std::string markup = Markup(HtmlReport(TransferSample()));
+  EXPECT_THAT(markup, HasSubstr("1 partly failed</strong> (1 shear: not quasi static)"));
+  EXPECT_THAT(markup, HasSubstr("✕ in part"));
+  EXPECT_THAT(markup, HasSubstr("shear: no steady state"));
+  EXPECT_THAT(markup, HasSubstr("quick; shear: standard"));
+}
+
 }  // namespace
 }  // namespace powdercal

@@ -249,6 +249,60 @@ StudyResults JointSample() {
   return results;
 }
 
+StudyResults TransferSample() {
+  StudyResults results = JointSample();
+  results.experiments = {{.name = "consolidation", .fidelity = "quick"},
+                         {.name = "shear", .fidelity = "standard"},
+                         {.name = "spreading", .fidelity = "quick", .calibrated = false},
+                         {.name = "repose", .fidelity = "quick", .calibrated = false}};
+  EvaluationResult& partial = results.history[7];
+  partial.outcome = kPartial;
+  partial.message = "shear: no steady state";
+  partial.failures = {{.experiment = "shear",
+                       .reason = "not_quasi_static",
+                       .message = "no steady state",
+                       .failed_runs = 1,
+                       .runs = 1}};
+  partial.chi2.reset();
+  for (std::size_t r = 1; r < partial.responses.size(); ++r) {
+    partial.responses[r].simulated.reset();
+    partial.responses[r].replicates = 0;
+  }
+  --results.ok;
+  ++results.partial;
+  TransferResult& transfer = results.transfer;
+  transfer.experiments = {"spreading", "repose"};
+  transfer.responses = {
+      {.name = "spreading.coverage",
+       .unit = "1",
+       .simulated = 0.7,
+       .seed_sd = 0.03,
+       .replicates = 3,
+       .observed = 0.9,
+       .sd = 0.05,
+       .source = "photograph, <3 trials>"},
+      {.name = "spreading.layer_thickness", .unit = "m", .simulated = 71e-6, .replicates = 3},
+      {.name = "spreading.packing_density",
+       .unit = "1",
+       .simulated = 0.53,
+       .replicates = 3,
+       .observed = 0.55,
+       .sd = 0.05}};
+  transfer.failures = {{.experiment = "repose",
+                        .reason = "timeout",
+                        .message = "no result within 600 s",
+                        .failed_runs = 3,
+                        .runs = 3}};
+  for (int r = 0; r < 3; ++r) {
+    transfer.runs.push_back({.id = 900 + r,
+                             .experiment = "spreading",
+                             .replicate = r,
+                             .reason = "ok",
+                             .wall_seconds = 20});
+  }
+  return results;
+}
+
 StudyResults LineSample() {
   StudyResults results = Frame();
   results.parameters = {kCohesion};

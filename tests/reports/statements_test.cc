@@ -86,5 +86,48 @@ TEST(StatementsTest, TargetsAreKnownWithoutABest) {
   EXPECT_THAT(TargetResponses(StudyResults{}), IsEmpty());
 }
 
+TEST(TransferTest, SaysByHowManyStandardDeviationsEachIsOff) {
+  const StudyResults results = TransferSample();
+  const auto& responses = results.transfer.responses;
+  // Of the difference: sqrt(0.05² + 0.03²/3).
+  EXPECT_NEAR(*StandardDeviationsOff(responses[0]), -0.2 / std::sqrt(0.0025 + 0.0003), 1e-9);
+  EXPECT_FALSE(StandardDeviationsOff(responses[1]));
+  EXPECT_FALSE(JudgeFit(responses[1]).deviation);
+  EXPECT_THAT(
+      TransferStatements(results),
+      testing::ElementsAre(
+          "Coverage of spreading: 0.7 against 0.9 ± 0.05 observed, 3.8 standard deviations too "
+          "low; it does not agree.",
+          "Packing density of spreading: 0.53 against 0.55 ± 0.05 observed, 0.4 standard "
+          "deviations too low; it agrees.",
+          "Repose gave no value in 3 of 3 runs, timeout: no result within 600 s."));
+  EXPECT_EQ(TransferHeadline(results),
+            "Does not transfer to spreading and repose (they were not fitted): 1 of 2 responses "
+            "as observed.");
+  EXPECT_THAT(Caveats(results), testing::Contains(TransferHeadline(results)));
+  EXPECT_EQ(Conclude(results).headline, Conclude(JointSample()).headline)
+      << "the conclusion is on what was fitted";
+}
+
+TEST(TransferTest, NothingIsSaidWhereNothingWasTransferred) {
+  EXPECT_EQ(TransferHeadline(JointSample()), "");
+  EXPECT_THAT(TransferStatements(JointSample()), testing::IsEmpty());
+}
+
+TEST(TransferTest, HeadlineWhereAllAgreeOrNothingWasObserved) {
+  StudyResults results = TransferSample();
+  results.transfer.experiments = {"spreading"};
+  results.transfer.failures.clear();
+  results.transfer.responses.erase(results.transfer.responses.begin());
+  EXPECT_EQ(TransferHeadline(results),
+            "Transfers to spreading (it was not fitted): its response comes out as observed.");
+  results.transfer.responses.pop_back();
+  EXPECT_THAT(TransferHeadline(results), testing::HasSubstr("nothing was observed"));
+}
+
+TEST(FidelityTextTest, NamesExperimentsWithTheirOwn) {
+  EXPECT_EQ(FidelityText(TransferSample()), "quick; shear: standard");
+}
+
 }  // namespace
 }  // namespace powdercal

@@ -32,7 +32,31 @@ TEST(Reduce, MeansOverTheReplicatesThatSucceeded) {
   EXPECT_TRUE(std::isnan(reduced.means[1])) << "a failure is never a number";
   EXPECT_FALSE(reduced.failed());
   EXPECT_FALSE(reduced.complete());
-  EXPECT_EQ(FailureOf({&a, &d}).reason, Reason::crashed);
+  EXPECT_TRUE(reduced.partial());
+}
+
+TEST(FailuresOf, NamesTheExperimentsWithoutAValueAndWhy) {
+  const LedgerRun a = RunOf("consolidation", "void_ratio", 0.8);
+  LedgerRun b = RunOf("shear", "cohesion", 0, Reason::not_quasi_static);
+  b.outcome.message = "no steady state";
+  const LedgerRun c = RunOf("shear", "cohesion", 0, Reason::timeout);
+  const LedgerRun d = RunOf("shear", "ffc", 2);
+  const auto failures = [](const std::vector<const LedgerRun*>& runs) {
+    return FailuresOf(TwoTargets(), Reduce(TwoTargets(), runs), runs);
+  };
+  ASSERT_EQ(failures({&a, &b, &c}).size(), 1u);
+  const ExperimentFailure shear = failures({&a, &b, &c})[0];
+  EXPECT_EQ(shear.experiment, "shear");
+  EXPECT_EQ(shear.reason, "not_quasi_static");
+  EXPECT_EQ(shear.message, "no steady state");
+  EXPECT_EQ(shear.failed_runs, 2);
+  EXPECT_EQ(shear.runs, 2);
+  EXPECT_EQ(failures({&b}).size(), 2u) << "an experiment without any run has no value either";
+  ASSERT_EQ(failures({&a, &d}).size(), 1u);
+  EXPECT_EQ(failures({&a, &d})[0].reason, kNoValue);
+  EXPECT_EQ(failures({&a, &d})[0].message, "the simulations gave no cohesion");
+  const LedgerRun e = RunOf("shear", "cohesion", 80);
+  EXPECT_TRUE(failures({&a, &b, &e}).empty()) << "another seed gave a value";
 }
 
 TEST(PooledSeedVariance, WeighsByDegreesOfFreedom) {

@@ -105,8 +105,8 @@ TEST(Runner, ResumingAFinishedStudyRunsNothing) {
 class StopAfter final : public ProgressListener {
  public:
   StopAfter(std::stop_source& stop, int evaluations) : stop_(stop), left_(evaluations) {}
-  void OnEvaluation(const LedgerCandidate&, const ReducedResponses&, const Outcome&,
-                    const Progress&) override {
+  void OnEvaluation(const LedgerCandidate&, const ReducedResponses&,
+                    const std::vector<ExperimentFailure>&, const Progress&) override {
     if (--left_ == 0) stop_.request_stop();
   }
 
