@@ -14,6 +14,10 @@ StudyResults TableSample();
 StudyResults FailedSample();
 /// Three parameters, one of them on a logarithmic scale, and three responses in two units.
 StudyResults JointSample();
+/// The joint sample with an objective for each experiment, of which shear is off by a constant:
+/// what fits one does not fit the other. `objectives` = 3: the second stress is of a third
+/// experiment.
+StudyResults ParetoSample(int objectives = 2);
 /// One parameter, one response.
 StudyResults LineSample();
 

@@ -148,6 +148,23 @@ TEST(Runner, LargerBudgetGoesOnWhereTheSmallerEnded) {
   ExpectEqualHistories(results, RunIn(whole, folder / "y"));
 }
 
+TEST(Runner, AStudyOfOneExperimentHasItsBestPointAsParetoFront) {
+  const TemporaryFolder folder;
+  Study joint = TableStudy();
+  Study pareto = TableStudy({{"objective", "pareto"}});
+  const StudyResults expected = RunIn(joint, folder / "joint");
+  const StudyResults results = RunIn(pareto, folder / "pareto");
+  ExpectEqualHistories(results, expected);
+  EXPECT_TRUE(expected.objectives.empty());
+  EXPECT_TRUE(expected.pareto.empty());
+  EXPECT_THAT(results.objectives, testing::ElementsAre("consolidation"));
+  EXPECT_THAT(results.pareto, testing::ElementsAre(*results.best));
+  for (const EvaluationResult& evaluation : results.history) {
+    ASSERT_EQ(evaluation.objectives.size(), 1u);
+    EXPECT_EQ(evaluation.objectives[0].chi2, evaluation.chi2);
+  }
+}
+
 TEST(Runner, EqualPointsShareOneRun) {
   const TemporaryFolder folder;
   Study study = StudyWithOptimizer(
