@@ -294,9 +294,8 @@ struct Program {
   Vector3 gravity{0, 0, -9.81};  ///< [m/s2]
   double time_step = 0;          ///< [s]
   std::vector<Stage> stages;
-  /// [m] z range, well inside the bed: stress and solid fraction of the free particles with their
-  /// centres in it are recorded (Trace::slab). Empty: nothing is. For domains with walls; a
-  /// periodic cell has Trace::cell.
+  /// [m] z range, well inside the bed: stress and solid fraction in it are recorded (Trace::slab).
+  /// Empty: nothing is. For domains that are not periodic along z; a periodic cell has Trace::cell.
   std::optional<std::array<double, 2>> stress_slab;
 
   /// Canonical serialisation: sorted keys, every member, numbers with as many digits as it takes to

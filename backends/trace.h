@@ -63,8 +63,10 @@ struct Moment {
   std::vector<ContactHistory> contacts;  ///< where the backend knows them; see Particles::contacts
 };
 
-/// History of a servo's wall from its servo on, or of a mesh or a glued group from the beginning;
-/// one entry per window of averaging (100 steps).
+/// History of a servo's wall from its servo on, or of a mesh or a glued group from the beginning
+/// until it is removed; one entry per window of averaging (100 steps). The servo's wall comes
+/// first. Windows begin anew with each Servo, Deform, Save and Restore: none mixes what is before
+/// it with what is after, and a window cut short is left out.
 struct WallSeries {
   std::string wall;
   std::vector<double> time;          ///< [s]
@@ -73,21 +75,27 @@ struct WallSeries {
   std::vector<Vector3> force;        ///< [N] of the particles on the body, mean over the window
 };
 
-/// A periodic cell's history, one entry per window of averaging.
+/// A periodic cell's history, one entry per window of averaging, as in WallSeries.
 struct CellSeries {
-  std::vector<double> time;      ///< [s]
-  std::vector<double> strain;    ///< [-] shear strain since the beginning of the program
-  std::vector<Vector3> lengths;  ///< [m] of the edges
+  std::vector<double> time;  ///< [s]
+  /// [-] shear strain since the beginning of the program; Restore takes it back to that of the
+  /// state, so that branches from one state can be laid over each other.
+  std::vector<double> strain;
+  std::vector<Vector3> lengths;                ///< [m] of the edges
   std::vector<std::array<Vector3, 3>> stress;  ///< [Pa] as in CellState, mean over the window
 };
 
-/// History of Program::stress_slab, one entry per window of averaging (100 steps).
+/// History of Program::stress_slab, one entry per window of averaging, as in WallSeries.
 struct SlabSeries {
-  std::vector<double> time;            ///< [s]
-  std::vector<double> solid_fraction;  ///< [-] volume of the spheres centred in it over its own
-  /// [Pa] compressive positive, rows x, y, z. Each particle centred in the slab brings half of its
-  /// contacts with other particles, and the whole of those with bodies (branch from its centre to
-  /// the point of contact), and its motion relative to the mean of the slab.
+  std::vector<double> time;  ///< [s]
+  /// [-] volume of the free spheres centred in it over its own (base of the domain by its height)
+  std::vector<double> solid_fraction;
+  /// [Pa] compressive positive, rows x, y, z. Each contact counts with the part of its branch that
+  /// lies in the slab: from centre to centre, or from the centre to the point of contact with a
+  /// plane or a mesh (Irving & Kirkwood 1950, averaged over planes). At rest column z is then what
+  /// the walls above and below bear, whatever the slab; a sum over whole particles would differ by
+  /// some per cent, from where their edges happen to be. Motion: of the particles centred in the
+  /// slab, relative to their mean.
   std::vector<std::array<Vector3, 3>> stress;
 };
 

@@ -4,6 +4,8 @@
 
 #include "core/errors.h"
 #include "experiments/consolidation.h"
+#include "experiments/shear.h"
+#include "experiments/spreading.h"
 
 namespace powdercal {
 
@@ -21,12 +23,14 @@ double Numerics::TimeStep(const SimulatedPowder& powder) const {
 }
 
 std::span<const std::string> ExperimentNames() {
-  static const std::vector<std::string> names = {"consolidation"};
+  static const std::vector<std::string> names = {"consolidation", "shear", "spreading"};
   return names;
 }
 
 std::unique_ptr<Experiment> MakeExperiment(const std::string& name) {
   if (name == "consolidation") return std::make_unique<Consolidation>();
+  if (name == "shear") return std::make_unique<Shear>();
+  if (name == "spreading") return std::make_unique<Spreading>();
   throw UnknownName("experiment", name, ExperimentNames());
 }
 

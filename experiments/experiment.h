@@ -87,6 +87,16 @@ class Experiment {
   /// velocity, … (the powder's are filled in by the study).
   virtual void DescribeConditions(Fidelity fidelity, Conditions& conditions) const = 0;
 
+  /// Puts in what the simulation has of its own, after scaling: the size of its cell, its rate.
+  virtual void DescribeSimulation(const SimulatedPowder& /*powder*/, Fidelity /*fidelity*/,
+                                  Conditions& /*simulation*/) const {}
+
+  /// Why this powder, as it is simulated, cannot be tested so, or "".
+  virtual std::string ExplainUnsupported(const SimulatedPowder& /*powder*/) const { return ""; }
+
+  /// What a user should know of a program of this experiment before it is run.
+  virtual std::vector<std::string> Warnings(const Program& /*program*/) const { return {}; }
+
   /// The program for one particle seed. `conditions` are the simulation's, after scaling.
   virtual Program Plan(const SimulatedPowder& powder, const Conditions& conditions,
                        const Numerics& numerics, Fidelity fidelity, std::uint64_t seed) const = 0;

@@ -59,6 +59,8 @@ Conditions Planner::Simulation(std::size_t experiment,
   simulation.friction = contact.friction;
   simulation.rolling_friction = contact.rolling_friction;
   simulation.time_step = study_.numerics.TimeStep(powder);
+  study_.experiments[experiment].experiment->DescribeSimulation(powder, study_.backend.fidelity,
+                                                                simulation);
   return simulation;
 }
 
@@ -126,6 +128,17 @@ std::vector<std::string> Planner::Warnings() const {
                     "particle; beyond 0.4 runs blow up",
                     run.program.experiment, fraction));
   }
+  // What experiments warn of, chatter of rolling friction, is worst where that is largest.
+  std::vector<double> parameters = Centre();
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const Parameter& parameter = study_.space.parameters[i];
+    if (parameter.name == "rolling_friction") parameters[i] = parameter.upper;
+  }
+  for (const PlannedRun& run : Plan(parameters, 0)) {
+    for (std::string& text : study_.experiments[run.experiment].experiment->Warnings(run.program)) {
+      warnings.push_back(std::move(text));
+    }
+  }
   return warnings;
 }
 
@@ -136,6 +149,10 @@ std::string Planner::ExplainUnsupported() const {
       return fmt::format("scaling '{}' of {}: {}", study_.scaling->name(),
                          study_.experiments[i].experiment->name(), reason);
     }
+    const Experiment& experiment = *study_.experiments[i].experiment;
+    const std::string refusal =
+        experiment.ExplainUnsupported(MakePowder(Simulation(i, Centre()), Centre()));
+    if (!refusal.empty()) return fmt::format("{}: {}", experiment.name(), refusal);
   }
   for (const PlannedRun& run : Plan(Centre(), 0)) {
     const std::string reason = study_.backend.backend->ExplainUnsupported(run.program);

@@ -39,11 +39,11 @@ class Planner {
   /// The centre of the search box [SI].
   std::vector<double> Centre() const;
 
-  /// Why the backend cannot run this study, or "".
+  /// Why the study cannot be run, for the scaling, an experiment or the backend, or "".
   std::string ExplainUnsupported() const;
 
-  /// What a user should know before anything is run: the study's own warnings, and a time step
-  /// beyond 0.4 Rayleigh times.
+  /// What a user should know before anything is run: the study's own warnings, a time step beyond
+  /// 0.4 Rayleigh times, and what the experiments warn of at the largest rolling friction.
   std::vector<std::string> Warnings() const;
 
   /// Runs a planned simulation and measures it. Never throws for failures of the simulation.

@@ -33,6 +33,7 @@ struct Body {
   Vector3 force{};         ///< [N] of the particles on it, in the last step; gravity of a glued
                            ///< group is not part of it
   std::optional<ServoControl> servo;
+  bool removed = false;  ///< nothing touches it any more; not of glued groups
 };
 
 struct PlaneBody : Body {

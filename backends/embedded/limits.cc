@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include "backends/particle_summary.h"
@@ -63,6 +64,21 @@ std::string ExplainDomain(const Program& program) {
   return "";
 }
 
+std::string ExplainSlab(const Program& program) {
+  if (!program.stress_slab) return "";
+  if (FullyPeriodic(program.domain)) {
+    return "a cell that is periodic in x, y and z has no stress slab: its own stress is recorded";
+  }
+  if (program.domain.boundaries[2] == Boundary::periodic) {
+    return "a stress slab needs a domain that is not periodic along z";
+  }
+  const auto [bottom, top] = *program.stress_slab;
+  if (!(bottom < top) || !std::isfinite(bottom) || !std::isfinite(top)) {
+    return fmt::format("the stress slab from {:.4g} to {:.4g} m has no height", bottom, top);
+  }
+  return "";
+}
+
 std::string ExplainBodies(const Program& program) {
   std::string twice;
   BodyNames(program, &twice);
@@ -115,8 +131,13 @@ class StageCheck {
     return settle.check_interval > 0 ? "" : "settle: the check interval must be positive";
   }
   std::string Check(const Servo& servo) {
-    if (!servo_.empty()) return "one servo only";
-    if (!names_.contains(servo.wall)) return Unknown("servo", servo.wall);
+    if (!servo_wall_.empty() && servo.wall != servo_wall_) {
+      return fmt::format("servo: '{}' has the program's servo, '{}' cannot have another",
+                         servo_wall_, servo.wall);
+    }
+    if (const std::string problem = ExplainAbsent("servo", servo.wall); !problem.empty()) {
+      return problem;
+    }
     if (!(servo.stress > 0)) return "servo: the stress must be positive";
     if (!(servo.max_velocity > 0)) return "servo: the largest velocity must be positive";
     for (const PlaneWall& wall : program_.walls) {
@@ -124,20 +145,23 @@ class StageCheck {
         return fmt::format("servo: plane '{}' does not face down", wall.name);
       }
     }
-    servo_ = servo.wall;
+    servo_wall_ = servo.wall;
+    state_.servo = true;
     return "";
   }
   std::string Check(const Hold& hold) {
-    if (servo_.empty()) return "hold: no servo stands before it";
+    if (!state_.servo) return "hold: no servo stands before it";
     return hold.window > 0 ? "" : "hold: the window must be positive";
   }
   std::string Check(const Advance& advance) {
     for (const Motion& motion : advance.motions) {
-      if (!names_.contains(motion.body)) return Unknown(advance.name, motion.body);
+      if (const std::string problem = ExplainAbsent(advance.name, motion.body); !problem.empty()) {
+        return problem;
+      }
       const bool turns = motion.spin != Vector3{};
       const bool mesh = std::any_of(program_.meshes.begin(), program_.meshes.end(),
                                     [&](const Mesh& m) { return m.name == motion.body; });
-      if (turns && (!mesh || motion.body == servo_)) {
+      if (turns && (!mesh || motion.body == servo_wall_)) {
         return fmt::format("{}: '{}' cannot turn, only a mesh without a servo can", advance.name,
                            motion.body);
       }
@@ -160,23 +184,60 @@ class StageCheck {
     }
     return "";
   }
-  std::string Check(const Save&) { return "save: not offered yet"; }
-  std::string Check(const Restore&) { return "restore: not offered yet"; }
-  std::string Check(const Remove&) { return "remove: not offered yet"; }
-  std::string Unknown(const std::string& stage, const std::string& body) const {
-    return fmt::format("{}: there is no plane, mesh or glued group called '{}'", stage, body);
+  std::string Check(const Save& save) {
+    if (saved_.emplace(save.name, state_).second) return "";
+    return fmt::format("save: there are two states called '{}'", save.name);
   }
+  std::string Check(const Restore& restore) {
+    const auto saved = saved_.find(restore.name);
+    if (saved == saved_.end()) {
+      return fmt::format("restore: no state called '{}' was saved before", restore.name);
+    }
+    state_ = saved->second;
+    return "";
+  }
+  std::string Check(const Remove& remove) {
+    if (std::string problem = ExplainAbsent("remove", remove.body); !problem.empty()) {
+      return problem;
+    }
+    if (remove.body == servo_wall_) {
+      return fmt::format("remove: '{}' has a servo", remove.body);
+    }
+    const bool glued = std::any_of(program_.groups.begin(), program_.groups.end(),
+                                   [&](const GluedGroup& g) { return g.name == remove.body; });
+    if (glued) return fmt::format("remove: '{}' is a glued group", remove.body);
+    state_.removed.insert(remove.body);
+    return "";
+  }
+
+  std::string ExplainAbsent(const std::string& stage, const std::string& body) const {
+    if (!names_.contains(body)) {
+      return fmt::format("{}: there is no plane, mesh or glued group called '{}'", stage, body);
+    }
+    if (state_.removed.contains(body)) {
+      return fmt::format("{}: '{}' was removed before", stage, body);
+    }
+    return "";
+  }
+
+  // What Restore brings back.
+  struct State {
+    bool servo = false;  // at work
+    std::set<std::string> removed;
+  };
 
   const Program& program_;
   std::string unused_;
   std::set<std::string> names_;
-  std::string servo_;
+  std::string servo_wall_;
+  State state_;
+  std::map<std::string, State> saved_;
 };
 
 }  // namespace
 
 std::string ExplainUnsupported(const Program& program) {
-  for (const auto& explain : {ExplainNumbers, ExplainDomain, ExplainBodies}) {
+  for (const auto& explain : {ExplainNumbers, ExplainDomain, ExplainSlab, ExplainBodies}) {
     if (std::string problem = explain(program); !problem.empty()) return problem;
   }
   return StageCheck(program).Check();

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "backends/embedded/vector_math.h"
-
 namespace powdercal::embedded {
 
 void MeshContacts::Rebuild(const ParticleStore& particles, const TriangleMesh& surface,
@@ -179,7 +177,8 @@ void MeshContacts::Remember(SlabContacts& slab, const ParticleStore& particles) 
 }
 
 void MeshContacts::AddForces(std::size_t s, std::int32_t padding_row, ParticleStore& particles,
-                             const MeshBody& body, SurfaceKernel kernel, Vector3* force) {
+                             const MeshBody& body, SurfaceKernel kernel, bool record,
+                             Vector3* force) {
   SlabContacts& slab = slabs_[s];
   if (slab.near.empty()) return;
   FindContacts(slab, particles, body);
@@ -212,7 +211,7 @@ void MeshContacts::AddForces(std::size_t s, std::int32_t padding_row, ParticleSt
     surface.velocity[axis] = slab.velocity[axis].data();
   }
   surface.distance = slab.distance.data();
-  kernel(body.law, surface, particles.rows(), list.Columns(false), force->data());
+  kernel(body.law, surface, particles.rows(), list.Columns(record), force->data());
   Remember(slab, particles);
 }
 

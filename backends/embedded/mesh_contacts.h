@@ -7,6 +7,7 @@
 #include "backends/embedded/contact_lists.h"
 #include "backends/embedded/neighbours.h"
 #include "backends/embedded/particle_store.h"
+#include "backends/embedded/vector_math.h"
 
 namespace powdercal::embedded {
 
@@ -22,16 +23,34 @@ class MeshContacts {
   void Rebuild(const ParticleStore& particles, const TriangleMesh& surface, const Box& box,
                const Images& images, const std::vector<Slab>& slabs, double skin);
 
+  /// Forgets everything; nothing touches the mesh until the next Rebuild().
+  void Clear(std::size_t slabs) { slabs_.assign(slabs, {}); }
+
   /// Adds the contact forces of a slab's particles to their loads and the force on the mesh to
-  /// `force`. Slabs may be worked on at the same time.
+  /// `force`, and keeps them for ForEachForce() if told to. Slabs may be worked on at the same
+  /// time.
   void AddForces(std::size_t slab, std::int32_t padding_row, ParticleStore& particles,
-                 const MeshBody& body, SurfaceKernel kernel, Vector3* force);
+                 const MeshBody& body, SurfaceKernel kernel, bool record, Vector3* force);
 
   /// Calls visit(overlap [m], radius [m]) for each contact of the last step.
   template <typename Visit>
   void ForEachContact(const Visit& visit) const {
     for (const SlabContacts& slab : slabs_) {
       for (const Remembered& contact : slab.memory) visit(contact.overlap, contact.radius);
+    }
+  }
+
+  /// Calls visit(particle, branch [m] from the point of contact to its centre, force [N] on it) for
+  /// each contact of the last step, which must have been recorded.
+  template <typename Visit>
+  void ForEachForce(const Visit& visit) const {
+    for (const SlabContacts& slab : slabs_) {
+      if (slab.near.empty()) continue;
+      for (std::size_t n = 0; n < slab.contacts.size(); ++n) {
+        const MeshContact& contact = slab.contacts[n];
+        visit(slab.particle[n], contact.distance * contact.normal,
+              Vector3{slab.list.force[0][n], slab.list.force[1][n], slab.list.force[2][n]});
+      }
     }
   }
 

@@ -55,7 +55,7 @@ Simulation::Simulation(const Program& program, const Packing& packing, const Set
       neighbours_({program.law.tangential == ContactLaw::Tangential::history,
                    program.law.rolling == ContactLaw::Rolling::epsd2},
                   static_cast<int>(program.walls.size())),
-      team_(settings.threads) {
+      team_(std::make_shared<Team>(settings.threads)) {
   program_.particles.packing.reset();
   box_.lower = program.domain.lower;
   box_.upper = program.domain.upper;
@@ -170,9 +170,13 @@ void Simulation::Rebuild() {
   inner_skin_ = std::min(inner_skin_, 0.5 * outer_skin_);
   const std::vector<std::uint8_t> removed = FindLeavers();
   for (const std::uint8_t leaves : removed) leavers_ += leaves;
-  neighbours_.Rebuild(particles_, box_, images_, outer_skin_, removed, team_);
+  neighbours_.Rebuild(particles_, box_, images_, outer_skin_, removed, *team_);
   std::vector<Slab>& slabs = neighbours_.slabs();
   for (std::size_t m = 0; m < meshes_.size(); ++m) {
+    if (meshes_[m].removed) {
+      mesh_contacts_[m].Clear(slabs.size());
+      continue;
+    }
     mesh_contacts_[m].Rebuild(particles_, meshes_[m].surface, box_, images_, slabs, outer_skin_);
   }
   for (std::size_t g = 0; g < groups_.size(); ++g) {
@@ -202,7 +206,7 @@ void Simulation::RefreshLists() {
   }
   plane_states_.clear();
   for (const PlaneBody& plane : planes_) plane_states_.push_back(plane.State());
-  neighbours_.Prune(particles_, kernels_, images_, plane_states_, inner_skin_, team_);
+  neighbours_.Prune(particles_, kernels_, images_, plane_states_, inner_skin_, *team_);
   lists_stale_ = false;
   travelled_ = 0;
   steps_since_prune_ = 0;
@@ -269,10 +273,10 @@ void Simulation::RestoreContacts() {
 void Simulation::Pass(bool forces, bool finish, bool begin, bool record) {
   std::vector<Slab>& slabs = neighbours_.slabs();
   for (const auto& phase : neighbours_.schedule()) {
-    team_.Run([&](int thread) {
+    team_->Run([&](int thread) {
       for (const SlabTask& task : phase[static_cast<std::size_t>(thread)]) {
         if (task.finish) {
-          if (forces) FinishForces(task.slab);
+          if (forces) FinishForces(task.slab, record);
           if (finish || begin) Integrate(task.slab, finish, begin);
         } else if (forces) {
           kernels_.pairs(sphere_law_, images_, particles_.rows(),
@@ -284,7 +288,7 @@ void Simulation::Pass(bool forces, bool finish, bool begin, bool record) {
 }
 
 // Walls, and what glued groups have to bear.
-void Simulation::FinishForces(std::size_t s) {
+void Simulation::FinishForces(std::size_t s, bool record) {
   Slab& slab = neighbours_.slabs()[s];
   std::vector<Vector3>& force = sums_[s].body_force;
   std::fill(force.begin(), force.end(), Vector3{});
@@ -292,11 +296,11 @@ void Simulation::FinishForces(std::size_t s) {
   for (std::size_t n = 0; n < planes_.size(); ++n, ++body) {
     if (slab.planes[n].size == 0) continue;
     kernels_.plane(planes_[n].law, plane_states_[n], particles_.rows(),
-                   slab.planes[n].Columns(false), force[body].data());
+                   slab.planes[n].Columns(record), force[body].data());
   }
   for (std::size_t n = 0; n < meshes_.size(); ++n, ++body) {
     mesh_contacts_[n].AddForces(s, particles_.PaddingRow(static_cast<int>(s)), particles_,
-                                meshes_[n], kernels_.surface, &force[body]);
+                                meshes_[n], kernels_.surface, record, &force[body]);
   }
   for (const GroupBody& group : groups_) {
     for (const std::int32_t p : group.members[s]) {
@@ -327,10 +331,14 @@ void Simulation::AfterForces() {
   for (PlaneBody& body : planes_) finish(body);
   for (MeshBody& body : meshes_) finish(body);
   for (GroupBody& body : groups_) finish(body);
-  if (stress_every_ > 0 && steps_ % stress_every_ == 0) UpdateStress();
-  if (cell_drive_ && steps_ % kStressEvery == 0) ControlCell();
+  if (measured_cell()) {
+    stress_ = MeasureStress();
+    ControlCell();
+  }
   if (after_step) after_step();
 }
+
+bool Simulation::Measures() const { return steps_ % kStressEvery == 0; }
 
 // Bodies and cell, from one step to the next.
 void Simulation::Move() {
@@ -401,12 +409,11 @@ bool Simulation::Run(std::int64_t count, const std::function<bool()>& interrupte
   // About a millisecond's work.
   const std::int64_t check_every =
       std::clamp<std::int64_t>(20'000 / std::max(1, particles_.count()), 1, 1000);
-  const auto measured = [&] { return stress_every_ > 0 && steps_ % stress_every_ == 0; };
   bool go_on = !failure_;
   std::int64_t step = 0;
   for (; step < count && go_on; ++step) {
     // The forces that the last Run() ended with begin the first step.
-    Pass(step > 0, step > 0, true, measured());
+    Pass(step > 0, step > 0, true, measured_cell() || measured_slab());
     if (step > 0) AfterForces();
     Move();
     const double cell_rate =
@@ -426,10 +433,30 @@ bool Simulation::Run(std::int64_t count, const std::function<bool()>& interrupte
     if (step % check_every == 0 && interrupted && interrupted()) go_on = false;
   }
   if (step > 0) {
-    Pass(true, true, false, measured());
+    Pass(true, true, false, true);  // for whoever asks about the stress of this moment
     AfterForces();
   }
   return go_on;
+}
+
+void Simulation::GoBackTo(const Simulation& saved) {
+  const std::int64_t steps_done = steps();
+  const Counters counters = counters_;
+  *this = saved;
+  undone_steps_ = steps_done - steps_;
+  counters_ = counters;
+}
+
+void Simulation::Remove(Body& body) {
+  body.removed = true;
+  body.velocity = {};
+  for (PlaneBody& plane : planes_) {
+    if (&plane == &body) plane.wall.position = plane.wall.facing_positive ? -HUGE_VAL : HUGE_VAL;
+  }
+  for (std::size_t m = 0; m < meshes_.size(); ++m) {
+    if (&meshes_[m] == &body) mesh_contacts_[m].Clear(neighbours_.slabs().size());
+  }
+  BodiesMoved();
 }
 
 Simulation::Counters Simulation::counters() const {
@@ -446,18 +473,15 @@ void Simulation::SetCellDrive(const std::optional<CellDrive>& drive) {
   cell_drive_ = drive;
   if (!drive) {
     SetRates({}, 0);
-    stress_every_ = 0;
+    filtered_at_ = steps_;
     return;
   }
-  Vector3 rate{};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const EdgeControl& edge = drive->edges[axis];
-    if (edge.kind == EdgeControl::Kind::strain_rate) rate[axis] = edge.value;
+  if (filtered_at_ != steps_) {
+    if (!started_) Start();
+    stress_ = MeasureStress();
+    for (std::size_t axis = 0; axis < 3; ++axis) filtered_stress_[axis] = stress_[axis][axis];
   }
-  SetRates(rate, drive->shear_rate);
-  stress_every_ = kStressEvery;
-  UpdateStress();
-  for (std::size_t axis = 0; axis < 3; ++axis) filtered_stress_[axis] = stress_[axis][axis];
+  SetRates(ControlledRates(), drive->shear_rate);
 }
 
 void Simulation::DeformCell() {
@@ -474,18 +498,25 @@ void Simulation::DeformCell() {
   UpdateImages();
 }
 
-// A filter on the stress, a rate in proportion to its error, bounded: see Deform.
-void Simulation::ControlCell() {
+// A rate in proportion to the error of the filtered stress, bounded: see Deform.
+Vector3 Simulation::ControlledRates() const {
   const CellDrive& drive = *cell_drive_;
-  Vector3 rate = {drive_.rate[0], drive_.rate[1], drive_.rate[2]};
+  Vector3 rate{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const EdgeControl& edge = drive.edges[axis];
+    rate[axis] = edge.value;
     if (edge.kind == EdgeControl::Kind::strain_rate) continue;
-    filtered_stress_[axis] += kStressWeight * (stress_[axis][axis] - filtered_stress_[axis]);
     const double error = (filtered_stress_[axis] - edge.value) / edge.value;
     rate[axis] = drive.pace * std::clamp(drive.gain * error, -kMostPace, kMostPace);
   }
-  SetRates(rate, drive.shear_rate);
+  return rate;
+}
+
+void Simulation::ControlCell() {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    filtered_stress_[axis] += kStressWeight * (stress_[axis][axis] - filtered_stress_[axis]);
+  }
+  SetRates(ControlledRates(), cell_drive_->shear_rate);
   StopDrift(particles_, drive_);
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -31,6 +32,12 @@ struct Survey {
   double top = 0;             ///< [m] highest point of any particle
 };
 
+/// Program::stress_slab at one moment; see SlabSeries.
+struct SlabState {
+  double solid_fraction = 0;        ///< [-]
+  std::array<Vector3, 3> stress{};  ///< [Pa]
+};
+
 /// What a periodic cell's edges are told to do; see Deform.
 struct CellDrive {
   std::array<EdgeControl, 3> edges;
@@ -41,6 +48,8 @@ struct CellDrive {
 
 /// A DEM simulation in progress: particles, contacts, walls, one time step after another. Velocity
 /// Verlet, as LIGGGHTS' `nve/sphere`: forces see the velocities of half a step before.
+///
+/// A copy is a saved state. Copies share their threads: one may run at a time.
 class Simulation {
  public:
   /// Takes geometry, law and time step from the program, particles from the packing. Throws
@@ -51,8 +60,12 @@ class Simulation {
   /// when it says so, the run ends early and Run() returns false.
   bool Run(std::int64_t count, const std::function<bool()>& interrupted);
 
-  double time() const { return static_cast<double>(steps_) * program_.time_step; }
-  std::int64_t steps() const { return steps_; }
+  /// Becomes the copy that was made of it earlier, and goes on as it would have done; only steps()
+  /// and time() keep growing.
+  void GoBackTo(const Simulation& saved);
+
+  double time() const { return static_cast<double>(steps()) * program_.time_step; }
+  std::int64_t steps() const { return steps_ + undone_steps_; }
   const ParticleStore& particles() const { return particles_; }
   int leavers() const { return leavers_; }
   /// Particles outside the domain along open axes, or with coordinates that are not numbers.
@@ -63,6 +76,8 @@ class Simulation {
   Survey MakeSurvey() const;
   /// The cell as it is now, with the stress of this moment.
   CellState Cell() const;
+  /// Requires a program with a slab, and measured_slab() or the end of a Run().
+  SlabState MeasureSlab() const;
 
   std::vector<PlaneBody>& planes() { return planes_; }
   std::vector<GroupBody>& groups() { return groups_; }
@@ -74,17 +89,22 @@ class Simulation {
   Body* FindBody(const std::string& name);
   /// Why the simulation cannot go on; set when Run() returns false without being interrupted.
   const std::optional<Outcome>& failure() const { return failure_; }
-  /// Starts or stops deforming the cell.
+  /// Starts or stops deforming the cell. A drive that follows another at once takes over its filter
+  /// of the stress.
   void SetCellDrive(const std::optional<CellDrive>& drive);
+  /// Takes a plane or a mesh away. Its last force has its share in the next half step still.
+  void Remove(Body& body);
   /// To be called when bodies were moved by hand: lists are rebuilt before the next step.
   void BodiesMoved() { lists_stale_ = true; }
   /// After each step with the forces of that step; for recorders.
   std::function<void()> after_step;
-  /// While a cell is driven its stress is measured every so many steps.
-  bool measuring_cell() const { return cell_drive_.has_value(); }
-  int stress_every() const { return stress_every_; }
+  /// Whether stress() is that of this step: while a cell is driven, every 20 steps.
+  bool measured_cell() const { return cell_drive_.has_value() && Measures(); }
+  /// Whether the forces of this step allow for MeasureSlab(): every 20 steps.
+  bool measured_slab() const { return program_.stress_slab.has_value() && Measures(); }
   const std::array<Vector3, 3>& stress() const { return stress_; }  ///< [Pa] as in CellState
-  double shear_strain() const { return shear_strain_; }             ///< [-] since the start
+  double shear_strain() const { return shear_strain_; }  ///< [-] of the state, since the start
+  const Box& box() const { return box_; }
 
   /// Counts since the start, for tuning and for the curious.
   struct Counters {
@@ -107,16 +127,18 @@ class Simulation {
   void ChooseSkins();
   bool CellTooSmall(double skin);
   void Pass(bool forces, bool finish, bool begin, bool record);
-  void FinishForces(std::size_t slab);
+  void FinishForces(std::size_t slab, bool record);
   void Integrate(std::size_t slab, bool finish, bool begin);
   void AfterForces();
   void Move();
+  bool Measures() const;
   void DeformCell();
   void ControlCell();
+  Vector3 ControlledRates() const;
   void SetRates(const Vector3& rate, double shear_rate);
   std::vector<std::uint8_t> FindLeavers() const;
   void UpdateImages();
-  void UpdateStress();
+  std::array<Vector3, 3> MeasureStress() const;
   double FastestParticle() const;
   double FastestBody() const;
   std::size_t BodyCount() const { return planes_.size() + groups_.size() + meshes_.size(); }
@@ -127,12 +149,13 @@ class Simulation {
   LawConstants sphere_law_;
   ParticleStore particles_;
   Neighbours neighbours_;
-  Team team_;
+  std::shared_ptr<Team> team_;
   Box box_;
   Images images_;
   Drive drive_;
   std::optional<CellDrive> cell_drive_;
-  double filtered_stress_[3] = {0, 0, 0};
+  Vector3 filtered_stress_{};      // [Pa] along the edges
+  std::int64_t filtered_at_ = -1;  // step of the filter's end, while the cell is not driven
   double shear_offset_ = 0;
   double shear_strain_ = 0;
 
@@ -142,7 +165,8 @@ class Simulation {
   std::vector<MeshContacts> mesh_contacts_;  // of meshes_
   std::vector<PlaneState> plane_states_;
 
-  std::int64_t steps_ = 0;
+  std::int64_t steps_ = 0;         // of this state since the start
+  std::int64_t undone_steps_ = 0;  // that GoBackTo() left behind
   bool started_ = false;
   bool lists_stale_ = true;
   double travelled_ = 0;        // bound of any particle's way since the last prune [m]
@@ -163,7 +187,6 @@ class Simulation {
 
   std::optional<Outcome> failure_;
   int leavers_ = 0;
-  int stress_every_ = 0;
   std::array<Vector3, 3> stress_{};
   Counters counters_;
 };

@@ -14,6 +14,7 @@ namespace powdercal::embedded {
 namespace {
 
 constexpr std::int64_t kSeriesSteps = 100;
+constexpr std::int64_t kStressSamples = 5;  // in as many steps
 constexpr std::int64_t kHealthSteps = 500;
 constexpr double kWorstOverlap = 1.0;  // δ/R*: beyond it contact laws mean nothing
 constexpr double kEnergyFactor = 100;
@@ -31,14 +32,30 @@ double MeanDiameter(const Packing& packing) {
   return packing.empty() ? 0 : sum / static_cast<double>(packing.size());
 }
 
+const Servo* FirstServo(const Program& program) {
+  for (const Stage& stage : program.stages) {
+    if (const Servo* servo = std::get_if<Servo>(&stage)) return servo;
+  }
+  return nullptr;
+}
+
 }  // namespace
+
+// Planes, meshes, groups: visit(body, height as in WallState).
+template <typename Visit>
+void StageRunner::ForEachBody(const Visit& visit) const {
+  for (const PlaneBody& body : simulation_->planes()) visit(body, body.wall.position);
+  for (const MeshBody& body : simulation_->meshes()) visit(body, body.surface.Bounds()[0][2]);
+  for (const GroupBody& body : simulation_->groups()) visit(body, body.displacement[2]);
+}
 
 StageRunner::StageRunner(const Program& program, const RunContext& context,
                          const Settings& settings)
     : program_(program),
       context_(context),
       settings_(settings),
-      start_(std::chrono::steady_clock::now()) {}
+      start_(std::chrono::steady_clock::now()),
+      first_servo_(FirstServo(program)) {}
 
 Trace StageRunner::Run() {
   if (context_.snapshot_interval > 0) {
@@ -50,6 +67,7 @@ Trace StageRunner::Run() {
     go_on = Do(Insert{});
   }
   for (const Stage& stage : program_.stages) {
+    held_ = {};
     go_on = go_on && std::visit([this](const auto& s) { return Do(s); }, stage);
   }
   Finish();
@@ -65,14 +83,11 @@ bool StageRunner::Do(const Insert& insert) {
   if (Interrupted()) return FailInterrupted();
   total_mass_ = SumOfMasses(packing_, program_.materials.density);
   simulation_.emplace(program_, packing_, settings_);
-  // A servo's plane comes into play with its stage.
-  for (const Stage& stage : program_.stages) {
-    const Servo* servo = std::get_if<Servo>(&stage);
-    if (servo == nullptr) continue;
-    for (PlaneBody& plane : simulation_->planes()) {
-      if (plane.name == servo->wall) plane.wall.position = HUGE_VAL;
-    }
+  for (PlaneBody& plane : simulation_->planes()) {
+    // A servo's plane comes into play with its stage.
+    if (first_servo_ != nullptr && plane.name == first_servo_->wall) plane.wall.position = HUGE_VAL;
   }
+  PrepareSeries();
   simulation_->after_step = [this] { Record(); };
   const Survey survey = simulation_->MakeSurvey();
   first_energy_ = survey.kinetic_energy;
@@ -99,24 +114,17 @@ bool StageRunner::Do(const Settle& settle) {
 }
 
 bool StageRunner::Do(const Servo& servo) {
+  const bool first = servo_ == nullptr;
   servo_ = &servo;
   servo_body_ = simulation_->FindBody(servo.wall);
   const double top = simulation_->MakeSurvey().top;
   const double above = top + 0.03 * MeanDiameter(packing_);
-  for (PlaneBody& plane : simulation_->planes()) {
-    if (&plane == servo_body_) plane.wall.position = above;
-  }
-  for (MeshBody& mesh : simulation_->meshes()) {
-    if (&mesh != servo_body_) continue;
-    Pose pose = mesh.surface.pose();
-    pose.translation[2] += above - mesh.surface.Bounds()[0][2];
-    mesh.surface.Place(pose);
-  }
-  servo_body_->displacement = {};
-  ServoControl control;
+  if (first) PlaceServo(above);
+  ServoControl control = servo_body_->servo.value_or(ServoControl{});
   control.target = servo.stress * program_.domain.BaseArea();
   control.speed = ServoSpeed(program_, servo);
   control.max_velocity = servo.max_velocity;
+  control.integral = std::clamp(control.integral, -control.speed, control.speed);
   // Ten times what the bed takes to answer: its stress grows by about 1.5 kappa sigma per strain.
   const double kappa = StiffnessNumber(program_.materials.young_modulus,
                                        program_.materials.poisson_ratio, servo.stress);
@@ -126,18 +134,32 @@ bool StageRunner::Do(const Servo& servo) {
   }
   servo_body_->servo = control;
   drive_speed_ = std::max(drive_speed_, servo.max_velocity);
-  trace_.series.push_back({.wall = servo.wall});
-  series_window_ = {};
-  simulation_->BodiesMoved();
+  RestartWindows();
 
+  const WallSeries& series = *trace_.FindSeries(servo.wall);
   const std::int64_t loops = StepsOf(servo.max_duration) / kSeriesSteps + 1;
   for (std::int64_t n = 0; n < loops; ++n) {
     if (!RunSteps(kSeriesSteps)) return false;
-    const WallSeries& series = trace_.series.back();
-    if (!series.time.empty() && series.normal_force.back() > 0.9 * control.target) break;
+    const double load = series.normal_force.back() / control.target;
+    if (load > 0.9 && (first || load < 1.1)) break;
   }
   AddMoment("servo");
   return true;
+}
+
+// Its lowest point, or of a group nothing, since a group stands in the packing.
+void StageRunner::PlaceServo(double height) {
+  for (PlaneBody& plane : simulation_->planes()) {
+    if (&plane == servo_body_) plane.wall.position = height;
+  }
+  for (MeshBody& mesh : simulation_->meshes()) {
+    if (&mesh != servo_body_) continue;
+    Pose pose = mesh.surface.pose();
+    pose.translation[2] += height - mesh.surface.Bounds()[0][2];
+    mesh.surface.Place(pose);
+  }
+  servo_body_->displacement = {};
+  simulation_->BodiesMoved();
 }
 
 bool StageRunner::Do(const Hold& hold) {
@@ -149,7 +171,7 @@ bool StageRunner::Do(const Hold& hold) {
   for (std::int64_t n = 0; n < loops; ++n) {
     hold_window_ = {};
     if (!RunSteps(steps)) return false;
-    const double stress = hold_window_.force / static_cast<double>(steps) / area;
+    const double stress = hold_window_.force[2] / static_cast<double>(steps) / area;
     const double height = hold_window_.height / static_cast<double>(steps);
     const Survey survey = simulation_->MakeSurvey();
     const double change = before == 0 ? 1 : std::abs(height / before - 1);
@@ -225,79 +247,127 @@ bool StageRunner::Do(const Deform& deform) {
   drive_speed_ = std::max(drive_speed_, (std::abs(deform.shear_rate) + 6 * drive.pace) *
                                             *std::max_element(lengths.begin(), lengths.end()));
   simulation_->SetCellDrive(drive);
-  cell_window_ = {};
+  RestartWindows();
   const bool go_on = RunSteps(StepsOf(deform.duration));
   if (go_on) AddMoment(deform.name);
   simulation_->SetCellDrive(std::nullopt);
   return go_on;
 }
 
-bool StageRunner::Do(const Save&) { return true; }
-bool StageRunner::Do(const Restore&) { return true; }
-bool StageRunner::Do(const Remove&) { return true; }
+// Windows begin anew, so that what follows a restoration is recorded as what follows here.
+bool StageRunner::Do(const Save& save) {
+  saved_.insert_or_assign(save.name, Saved{*simulation_, servo_});
+  RestartWindows();
+  return true;
+}
+
+bool StageRunner::Do(const Restore& restore) {
+  const Saved& saved = saved_.at(restore.name);
+  simulation_->GoBackTo(saved.simulation);
+  servo_ = saved.servo;
+  servo_body_ = servo_ != nullptr ? simulation_->FindBody(servo_->wall) : nullptr;
+  RestartWindows();
+  return true;
+}
+
+bool StageRunner::Do(const Remove& remove) {
+  simulation_->Remove(*simulation_->FindBody(remove.body));
+  return true;
+}
 
 // --- What happens along the way -----------------------------------------------------------------
 
+// The servo's wall comes first, then meshes and groups.
+void StageRunner::PrepareSeries() {
+  if (first_servo_ != nullptr) trace_.series.push_back({.wall = first_servo_->wall});
+  ForEachBody([&](const Body& body, double) {
+    body_series_.emplace_back();
+    if (first_servo_ != nullptr && body.name == first_servo_->wall) {
+      body_series_.back() = 0;
+    } else if (body_series_.size() > program_.walls.size()) {  // not a plane
+      body_series_.back() = trace_.series.size();
+      trace_.series.push_back({.wall = body.name});
+    }
+  });
+  RestartWindows();
+}
+
+void StageRunner::RestartWindows() {
+  body_windows_.assign(body_series_.size(), {});
+  window_steps_ = 0;
+  cell_window_ = {};
+  slab_window_ = {};
+}
+
 void StageRunner::Record() {
-  std::size_t index = 0;
-  const auto add = [&](const Body& body) {
-    body_force_[index] = body_force_[index] + body.force;
-    ++index;
-  };
-  if (body_force_.empty()) {
-    body_force_.resize(program_.walls.size() + program_.meshes.size() + program_.groups.size());
-  }
-  for (const PlaneBody& body : simulation_->planes()) add(body);
-  for (const MeshBody& body : simulation_->meshes()) add(body);
-  for (const GroupBody& body : simulation_->groups()) add(body);
+  RecordBodies();
+  if (simulation_->measured_cell()) RecordCell();
+  if (simulation_->measured_slab()) RecordSlab();
+}
+
+void StageRunner::RecordBodies() {
+  body_force_.resize(body_series_.size());
   ++body_steps_;
-  if (servo_body_ != nullptr) RecordServo();
-  if (simulation_->measuring_cell()) RecordCell();
-}
-
-void StageRunner::RecordServo() {
-  const double height = ServoHeight();
-  for (Window* window : {&series_window_, &hold_window_}) {
-    ++window->steps;
-    window->force += servo_body_->force[2];
-    window->height += height;
-  }
-  if (series_window_.steps < kSeriesSteps) return;
-  WallSeries& series = trace_.series.back();
+  ++window_steps_;
+  std::size_t index = 0;
+  ForEachBody([&](const Body& body, double height) {
+    const auto add = [&](Window& window) {
+      window.force = window.force + body.force;
+      window.height += height;
+    };
+    body_force_[index] = body_force_[index] + body.force;
+    add(body_windows_[index]);
+    if (&body == servo_body_) add(hold_window_);
+    ++index;
+  });
+  if (window_steps_ < kSeriesSteps) return;
   const double n = static_cast<double>(kSeriesSteps);
-  series.time.push_back(simulation_->time());
-  series.height.push_back(series_window_.height / n);
-  series.normal_force.push_back(series_window_.force / n);
-  series_window_ = {};
-}
-
-// z of a plane, of the lowest point of a mesh; of a group how far it has moved.
-double StageRunner::ServoHeight() const {
-  for (const PlaneBody& plane : simulation_->planes()) {
-    if (&plane == servo_body_) return plane.wall.position;
-  }
-  for (const MeshBody& mesh : simulation_->meshes()) {
-    if (&mesh == servo_body_) return mesh.surface.Bounds()[0][2];
-  }
-  return servo_body_->displacement[2];
+  index = 0;
+  ForEachBody([&](const Body& body, double) {
+    const Window& window = body_windows_[index];
+    const std::optional<std::size_t> place = body_series_[index++];
+    if (!place || body.removed) return;
+    if (servo_ == nullptr && first_servo_ != nullptr && body.name == first_servo_->wall) return;
+    WallSeries& series = trace_.series[*place];
+    series.time.push_back(simulation_->time());
+    series.height.push_back(window.height / n);
+    series.normal_force.push_back(window.force[2] / n);
+    series.force.push_back((1 / n) * window.force);
+  });
+  body_windows_.assign(body_series_.size(), {});
+  window_steps_ = 0;
 }
 
 void StageRunner::RecordCell() {
-  if (simulation_->steps() % simulation_->stress_every() != 0) return;
   ++cell_window_.samples;
   for (std::size_t a = 0; a < 3; ++a) {
     cell_window_.stress[a] = cell_window_.stress[a] + simulation_->stress()[a];
   }
-  if (cell_window_.samples < 5) return;
-  const CellState cell = simulation_->Cell();
+  if (cell_window_.samples < kStressSamples) return;
   const double n = static_cast<double>(cell_window_.samples);
   CellSeries& series = trace_.cell;
   series.time.push_back(simulation_->time());
   series.strain.push_back(simulation_->shear_strain());
-  series.lengths.push_back(cell.upper - cell.lower);
+  series.lengths.push_back(simulation_->box().upper - simulation_->box().lower);
   series.stress.push_back({(1 / n) * cell_window_.stress[0], (1 / n) * cell_window_.stress[1],
                            (1 / n) * cell_window_.stress[2]});
   cell_window_ = {};
+}
+
+void StageRunner::RecordSlab() {
+  const SlabState state = simulation_->MeasureSlab();
+  SlabWindow& window = slab_window_;
+  ++window.samples;
+  window.solid_fraction += state.solid_fraction;
+  for (std::size_t a = 0; a < 3; ++a) window.stress[a] = window.stress[a] + state.stress[a];
+  if (window.samples < kStressSamples) return;
+  const double n = static_cast<double>(window.samples);
+  SlabSeries& series = trace_.slab;
+  series.time.push_back(simulation_->time());
+  series.solid_fraction.push_back(window.solid_fraction / n);
+  series.stress.push_back(
+      {(1 / n) * window.stress[0], (1 / n) * window.stress[1], (1 / n) * window.stress[2]});
+  window = {};
 }
 
 bool StageRunner::RunSteps(std::int64_t count) {
@@ -390,18 +460,15 @@ void StageRunner::AddMoment(const std::string& name) {
                 .contacts = simulation_->CurrentContacts()};
   const double steps = static_cast<double>(std::max<std::int64_t>(1, body_steps_));
   std::size_t index = 0;
-  const auto add = [&](const Body& body, double height) {
+  ForEachBody([&](const Body& body, double height) {
     WallState state{
         .height = height, .displacement = body.displacement, .velocity = body.velocity[2]};
     if (index < body_force_.size()) state.force = (1 / steps) * body_force_[index];
     ++index;
-    if (!std::isfinite(height)) return;  // not in play yet
+    if (body.removed || !std::isfinite(height)) return;  // gone, or not in play yet
     if (&body == servo_body_ && held_.valid) state.velocity = held_.velocity;
     moment.walls[body.name] = state;
-  };
-  for (const PlaneBody& body : simulation_->planes()) add(body, body.wall.position);
-  for (const MeshBody& body : simulation_->meshes()) add(body, body.surface.Bounds()[0][2]);
-  for (const GroupBody& body : simulation_->groups()) add(body, body.displacement[2]);
+  });
   const auto& b = program_.domain.boundaries;
   if (b[0] == Boundary::periodic && b[1] == Boundary::periodic && b[2] == Boundary::periodic) {
     moment.cell = simulation_->Cell();
@@ -411,9 +478,14 @@ void StageRunner::AddMoment(const std::string& name) {
 
 void StageRunner::WriteSnapshot() {
   std::vector<SnapshotSurface> surfaces;
+  // Surfaces keep their order; those of removed bodies are empty.
   for (const PlaneBody& body : simulation_->planes()) {
+    if (body.removed) {
+      surfaces.push_back({.name = body.name});
+      continue;
+    }
     PlaneWall wall = body.wall;
-    if (!std::isfinite(wall.position)) {  // not in play yet; surfaces keep their order
+    if (!std::isfinite(wall.position)) {  // not in play yet
       const auto axis = static_cast<std::size_t>(wall.axis);
       wall.position = program_.domain.upper[axis];
     }
@@ -421,6 +493,10 @@ void StageRunner::WriteSnapshot() {
     surfaces.back().force = body.force;
   }
   for (const MeshBody& body : simulation_->meshes()) {
+    if (body.removed) {
+      surfaces.push_back({.name = body.name});
+      continue;
+    }
     SnapshotSurface surface{.name = body.name, .force = body.force};
     for (std::uint32_t v = 0; v < body.surface.vertex_count(); ++v) {
       surface.vertices.push_back(body.surface.Vertex(v));

@@ -1,7 +1,10 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "backends/backend.h"
 #include "backends/embedded/simulation.h"
@@ -39,14 +42,19 @@ class StageRunner {
   bool Fail(Reason reason, std::string message);
   bool Interrupted();
   bool FailInterrupted();
+  template <typename Visit>
+  void ForEachBody(const Visit& visit) const;
+  void PrepareSeries();
+  void RestartWindows();
   void Record();
-  void RecordServo();
+  void RecordBodies();
   void RecordCell();
+  void RecordSlab();
   void AddMoment(const std::string& name);
   void WriteSnapshot();
   void Finish();
   std::int64_t StepsOf(double duration) const;
-  double ServoHeight() const;
+  void PlaceServo(double height);
   double EnergyBudget() const;
   void StartMotions(const Advance& advance);
   void SetVelocity(const std::string& body, const Vector3& velocity);
@@ -60,16 +68,25 @@ class StageRunner {
   std::optional<Simulation> simulation_;
   Trace trace_;
 
-  // Of the servo's body, over the running window.
-  const Servo* servo_ = nullptr;
+  const Servo* first_servo_ = nullptr;  // of the program
+  const Servo* servo_ = nullptr;        // at work; null before the first
   Body* servo_body_ = nullptr;
-  struct Window {
-    std::int64_t steps = 0;
-    double force = 0;   // [N] sum of the upward force
-    double height = 0;  // [m] sum
+
+  struct Saved {
+    Simulation simulation;
+    const Servo* servo;
   };
-  Window series_window_;
-  Window hold_window_;
+  std::map<std::string, Saved> saved_;
+
+  // Sums over a window.
+  struct Window {
+    Vector3 force{};    // [N]
+    double height = 0;  // [m]
+  };
+  Window hold_window_;                                   // of the servo's body
+  std::vector<std::optional<std::size_t>> body_series_;  // place in the trace, by body
+  std::vector<Window> body_windows_;                     // by body
+  std::int64_t window_steps_ = 0;
   std::vector<Vector3> body_force_;  // [N] sums over the recording window, by body
   std::int64_t body_steps_ = 0;
 
@@ -78,6 +95,13 @@ class StageRunner {
     std::array<Vector3, 3> stress{};
   };
   CellWindow cell_window_;
+
+  struct SlabWindow {
+    std::int64_t samples = 0;
+    double solid_fraction = 0;
+    std::array<Vector3, 3> stress{};
+  };
+  SlabWindow slab_window_;
 
   // Of the servo's body over the last window of a hold.
   struct Held {

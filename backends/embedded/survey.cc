@@ -25,6 +25,13 @@ Vector3 Branch(const ParticleStore& particles, const Images& images, std::int32_
   return {d[0], d[1], d[2]};
 }
 
+// How much of the way from a to b lies in the range.
+double ShareInside(double a, double b, const std::array<double, 2>& range) {
+  if (a == b) return a >= range[0] && a < range[1] ? 1 : 0;
+  const auto [low, high] = std::minmax(a, b);
+  return std::max(0.0, std::min(high, range[1]) - std::max(low, range[0])) / (high - low);
+}
+
 // Energy in a normal spring compressed by `overlap`.
 double SpringEnergy(const ContactLaw& law, const LawConstants& constants, double overlap,
                     double effective_radius) {
@@ -134,7 +141,7 @@ Survey Simulation::MakeSurvey() const {
   return survey;
 }
 
-void Simulation::UpdateStress() {
+std::array<Vector3, 3> Simulation::MeasureStress() const {
   std::array<Vector3, 3> sum{};
   for (const Slab& slab : neighbours_.slabs()) {
     for (std::size_t n = 0; n < static_cast<std::size_t>(slab.pairs.size); ++n) {
@@ -161,9 +168,61 @@ void Simulation::UpdateStress() {
     }
   }
   const double volume = images_.length[0] * images_.length[1] * images_.length[2];
-  for (std::size_t a = 0; a < 3; ++a) {
-    for (std::size_t b = 0; b < 3; ++b) stress_[a][b] = sum[a][b] / volume;
+  for (Vector3& row : sum) {
+    for (double& component : row) component /= volume;
   }
+  return sum;
+}
+
+SlabState Simulation::MeasureSlab() const {
+  const std::array<double, 2>& range = *program_.stress_slab;
+  std::array<Vector3, 3> sum{};
+  const auto add = [&](double share, const Vector3& a, const Vector3& b) {
+    for (std::size_t row = 0; row < 3; ++row) sum[row] = sum[row] + (share * a[row]) * b;
+  };
+  // `branch` leads to the centre of p, `force` acts on p.
+  const auto touch = [&](std::int32_t p, const Vector3& branch, const Vector3& force) {
+    const double z = particles_.Position(p)[2];
+    const double share = ShareInside(z - branch[2], z, range);
+    if (share > 0) add(share, force, branch);
+  };
+  for (const Slab& slab : neighbours_.slabs()) {
+    for (std::size_t n = 0; n < static_cast<std::size_t>(slab.pairs.size); ++n) {
+      const std::int32_t i = ParticleOf(slab.pairs.i[n]);
+      const std::int32_t j = ParticleOf(slab.pairs.j[n]);
+      touch(i, Branch(particles_, images_, i, j), VectorAt(slab.pairs.force, n));
+    }
+    for (std::size_t plane = 0; plane < slab.planes.size(); ++plane) {
+      const PlaneState state = planes_[plane].State();
+      const Vector3 normal = {state.normal[0], state.normal[1], state.normal[2]};
+      const ContactList& list = slab.planes[plane];
+      for (std::size_t n = 0; n < static_cast<std::size_t>(list.size); ++n) {
+        const std::int32_t p = ParticleOf(list.i[n]);
+        const double* x = particles_.Position(p);
+        const double distance = Dot(normal, {x[0], x[1], x[2]}) - state.offset;
+        touch(p, distance * normal, VectorAt(list.force, n));
+      }
+    }
+  }
+  for (const MeshContacts& contacts : mesh_contacts_) contacts.ForEachForce(touch);
+
+  double mass = 0;
+  Vector3 momentum{};
+  for (std::int32_t p = 0; p < particles_.count(); ++p) {
+    const double z = particles_.Position(p)[2];
+    const bool glued = particles_.group[static_cast<std::size_t>(p)] >= 0;
+    if (glued || z < range[0] || z >= range[1]) continue;
+    const double* v = particles_.Velocity(p);
+    const double m = particles_.Mass(p);
+    mass += m;
+    momentum = momentum + m * Vector3{v[0], v[1], v[2]};
+    add(m, {v[0], v[1], v[2]}, {v[0], v[1], v[2]});
+  }
+  if (mass > 0) add(-1 / mass, momentum, momentum);
+  const double volume = program_.domain.BaseArea() * (range[1] - range[0]);
+  SlabState state{.solid_fraction = mass / particles_.density() / volume};
+  for (std::size_t row = 0; row < 3; ++row) state.stress[row] = (1 / volume) * sum[row];
+  return state;
 }
 
 CellState Simulation::Cell() const {
@@ -171,7 +230,7 @@ CellState Simulation::Cell() const {
           .upper = box_.upper,
           .shear_offset = shear_offset_,
           .shear_rate = drive_.shear_rate,
-          .stress = stress_};
+          .stress = MeasureStress()};
 }
 
 }  // namespace powdercal::embedded

@@ -76,11 +76,14 @@ TriangleMesh::TriangleMesh(const Mesh& mesh, const Vector3& periods) : name_(mes
   ConnectEdges();
   ConnectVertices();
   ConnectAcross(periods);
+  Box box{vertices_.front(), vertices_.front()};
   for (const Vector3& v : vertices_) {
+    box.Include(v);
     for (const double x : v) {
       rounding_ = std::max(rounding_, 32 * std::numeric_limits<double>::epsilon() * std::abs(x));
     }
   }
+  bounds_ = {box.lower, box.upper};
 }
 
 void TriangleMesh::WeldVertices(const Mesh& mesh) {
@@ -293,6 +296,7 @@ Vector3 TriangleMesh::Normal(std::uint32_t triangle) const {
 }
 
 std::array<Vector3, 2> TriangleMesh::Bounds() const {
+  if (!turned_) return {FromReference(bounds_[0]), FromReference(bounds_[1])};
   Box box{Vertex(0), Vertex(0)};
   for (std::uint32_t v = 1; v < vertices_.size(); ++v) box.Include(Vertex(v));
   return {box.lower, box.upper};

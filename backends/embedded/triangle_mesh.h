@@ -189,6 +189,7 @@ class TriangleMesh {
   std::vector<Side> sides_;                  // of edges, one after the other
   std::vector<Spoke> spokes_;                // of vertices, one after the other
   std::vector<std::uint32_t> spokes_begin_;  // vertex_count() + 1
+  std::array<Vector3, 2> bounds_{};          // of vertices_
   double rounding_ = 0;                      // [m] of coordinates, with a margin
   Pose pose_;
   bool turned_ = false;

@@ -61,6 +61,11 @@ inline void ExpectIdentical(const Trace& a, const Trace& b) {
     }
   }
   EXPECT_EQ(a.cell.stress, b.cell.stress);
+  EXPECT_EQ(a.slab.stress, b.slab.stress);
+  ASSERT_EQ(a.series.size(), b.series.size());
+  for (std::size_t n = 0; n < a.series.size(); ++n) {
+    EXPECT_EQ(a.series[n].force, b.series[n].force) << a.series[n].wall;
+  }
 }
 
 inline void ExpectTheSame(const Program& program, const std::vector<Way>& ways) {
@@ -108,6 +113,7 @@ inline Program Bed(double duration) {
                    {.name = "lid", .position = 110 * kRadius, .facing_positive = false}};
   program.meshes = {embedded::MakeRidgedPlate("floor", {-width, -0.5 * width, 0}, 2 * width, width,
                                               4 * kRadius, kRadius, 4)};
+  program.stress_slab = {{0, 15 * kRadius}};
   program.stages = {
       Insert{kRadius, 80 * kRadius, {0.1, 0.05, -0.5}},
       Advance{.name = "pour", .duration = 0.5 * duration, .packing_every = 250},

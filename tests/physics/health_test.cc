@@ -276,11 +276,48 @@ std::vector<Refusal> BadStages() {
        [](Program& p) {
          p.stages = {Servo{"floor", 900, 0.1, 1}};
        }},
-      {"one servo only",
+      {"servo: 'lid' has the program's servo, 'glued' cannot have another",
        [](Program& p) {
          p.stages = {Servo{"lid", 900, 0.1, 1}, Servo{"glued", 900, 0.1, 1}};
        }},
       {"no servo stands before it", [](Program& p) { p.stages = {Hold{.window = 1}}; }},
+      {"periodic in x, y and z has no stress slab",
+       [deform](Program& p) {
+         deform(p);
+         p.stress_slab = {{0, 1e-4}};
+       }},
+      {"stress slab from 0.0001 to 0 m has no height",
+       [](Program& p) {
+         p.stress_slab = {{1e-4, 0}};
+       }},
+      {"no servo stands before it",
+       [](Program& p) {
+         p.stages = {Save{"start"}, Servo{"lid", 900, 0.1, 1}, Restore{"start"}, Hold{.window = 1}};
+       }},
+      {"save: there are two states called 'bed'",
+       [](Program& p) {
+         p.stages = {Save{"bed"}, Save{"bed"}};
+       }},
+      {"restore: no state called 'bed' was saved before",
+       [](Program& p) {
+         p.stages = {Save{"powder"}, Restore{"bed"}, Save{"bed"}};
+       }},
+      {"remove: there is no plane, mesh or glued group called 'gate'",
+       [](Program& p) { p.stages = {Remove{"gate"}}; }},
+      {"remove: 'lid' has a servo",
+       [](Program& p) {
+         p.stages = {Servo{"lid", 900, 0.1, 1}, Remove{"lid"}};
+       }},
+      {"remove: 'glued' is a glued group", [](Program& p) { p.stages = {Remove{"glued"}}; }},
+      {"servo: 'lid' was removed before",
+       [](Program& p) {
+         p.stages = {Save{"bed"}, Remove{"lid"}, Servo{"lid", 900, 0.1, 1}};
+       }},
+      {"advance: 'blade' was removed before",
+       [](Program& p) {
+         p.stages = {Remove{"blade"},
+                     Advance{.duration = 1, .motions = {{"blade", {1, 0, 0}, {}, {}}}}};
+       }},
       {"hold: the window must be positive",
        [](Program& p) {
          p.stages = {Servo{"lid", 900, 0.1, 1}, Hold{}};

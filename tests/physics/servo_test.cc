@@ -41,7 +41,7 @@ Program Bed(double stress, const std::string& lid) {
 
 // Mean of the servo's stress over its series from `begin` to `end` [s], over the target.
 double MeanStress(const Trace& trace, double begin, double end, double stress) {
-  const WallSeries& series = trace.series.back();
+  const WallSeries& series = *trace.FindSeries("lid");
   double sum = 0;
   int count = 0;
   for (std::size_t n = 0; n < series.time.size(); ++n) {
