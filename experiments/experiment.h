@@ -87,7 +87,7 @@ class Experiment {
   /// velocity, … (the powder's are filled in by the study).
   virtual void DescribeConditions(Fidelity fidelity, Conditions& conditions) const = 0;
 
-  /// "" if the experiment makes sense for this powder and its contact law, else the reason why not.
+  /// Why this powder, as it is simulated, cannot be tested so, or "".
   virtual std::string ExplainUnsupported(const SimulatedPowder& /*powder*/) const { return ""; }
 
   /// The program for one particle seed. `conditions` are the simulation's, after scaling.
