@@ -29,6 +29,7 @@ constexpr double kConeAngle = kPi / 6;     // from the vertical
 constexpr int kSides = 24;                 // of round surfaces
 constexpr double kRestRatio = 1e-3;        // kinetic energy over m g d
 constexpr double kSurfacePixels = 4;       // per mean diameter
+constexpr std::size_t kFewestBins = 4;     // for a fit
 
 const std::vector<std::string>& MethodNames() {
   static const std::vector<std::string> kNames = {"draw_down", "funnel"};
@@ -43,13 +44,13 @@ struct BedSize {
 BedSize BedSizeOf(Fidelity fidelity, double d) {
   switch (fidelity) {
     case Fidelity::quick:
-      return {18 * d, 6 * d};
+      return {14 * d, 5 * d};
     case Fidelity::standard:
-      return {25 * d, 8 * d};
+      return {20 * d, 6 * d};
     case Fidelity::paper:
       break;
   }
-  return {54 * d, 17 * d};
+  return {43 * d, 13 * d};
 }
 
 struct FunnelSize {
@@ -60,7 +61,7 @@ struct FunnelSize {
 FunnelSize FunnelSizeOf(Fidelity fidelity, double d) {
   switch (fidelity) {
     case Fidelity::quick:
-      return {8 * d, 750};
+      return {7 * d, 450};
     case Fidelity::standard:
       return {11 * d, 1750};
     case Fidelity::paper:
@@ -76,6 +77,8 @@ double RimHeight(double d) { return d; }
 double OutletHeight(double plate_radius, double d) {
   return RimHeight(d) + 0.75 * plate_radius + d;
 }
+
+double BinWidth(double d) { return d / 2; }
 
 double Gravity(const Program& program) { return std::abs(program.gravity[2]); }
 
@@ -160,7 +163,7 @@ HeightProfile ProfileOf(const HeightField& field, double end, double bin_width,
 }
 
 FlankFit FitFace(const HeightProfile& profile, double d) {
-  return FitFlank(profile, {.min_drop = 2 * d, .min_bins = 3});
+  return FitFlank(profile, {.min_drop = 2 * d, .min_bins = kFewestBins});
 }
 
 // What the profile says of the face's inclination [rad], and whether that is a lower bound only.
@@ -171,7 +174,7 @@ struct Inclination {
 };
 
 Inclination InclinationOf(const FlankFit& fit, double bin_width) {
-  if (fit.bins >= 3) return {fit.angle, fit.angle_error, false};
+  if (fit.bins >= kFewestBins) return {fit.angle, fit.angle_error, false};
   const double widest = static_cast<double>(fit.bins + 1) * bin_width;
   return {std::atan((fit.upper - fit.lower) / widest), 0, true};
 }
@@ -218,10 +221,9 @@ std::span<const ResponseDescription> AngleOfRepose::responses() const {
 
 void AngleOfRepose::Serialize(Archive& archive) {
   archive.Enumeration("method", method_, "method", MethodNames());
-  if (!archive.reading() || method_ == Method::draw_down) {
+  if (method_ == Method::draw_down) {
     archive.Quantity("bed_aspect", bed_aspect_, "1", {.lower = 0.1, .upper = 2});
-  }
-  if (!archive.reading() || method_ == Method::funnel) {
+  } else {
     archive.Quantity("outlet", outlet_diameters_, "1", {.lower = 2, .upper = 12});
   }
   archive.Quantity("flow_time", flow_time_, "s", kPositive);
@@ -354,7 +356,7 @@ Measurement AngleOfRepose::Measure(const Program& program, const Trace& trace,
   const FlankFit fit = method_ == Method::draw_down
                            ? MeasureDrawDown(program, settled, end, &measurement)
                            : MeasureFunnel(program, end, &measurement);
-  ReportFace(fit, d, &measurement);
+  ReportFace(fit, BinWidth(d), &measurement);
   const double motion = KineticEnergyRatio(end.packing, Gravity(program));
   auto& notes = measurement.diagnostics;
   notes["kinetic_energy_ratio"] = motion;
@@ -387,10 +389,10 @@ FlankFit AngleOfRepose::MeasureDrawDown(const Program& program, const Moment& se
   }
   measurement->responses["retained_mass"].value =
       SolidVolume(end.packing) / SolidVolume(*program.particles.packing);
-  // Two diameters beyond the floor's end, so that a face that stands there is seen to fall.
-  window.x1 += 2.5 * d;
+  // Beyond the floor's end as well, so that a face that stands there is seen to fall.
+  window.x1 += 2 * d;
   const HeightField field = MeasureHeightField(end.packing, window, pixel);
-  return FitFace(ProfileOf(field, window.x1, d,
+  return FitFace(ProfileOf(field, window.x1, BinWidth(d),
                            [&field](std::size_t ix, std::size_t) {
                              return (static_cast<double>(ix) + 0.5) * field.pixel_x;
                            }),
@@ -417,7 +419,7 @@ FlankFit AngleOfRepose::MeasureFunnel(const Program& program, const Moment& end,
   const double side = radius + 2 * d;
   const PlateWindow window{.x0 = -side, .x1 = side, .y0 = -side, .y1 = side};
   const HeightField field = MeasureHeightField(heap, window, d / kSurfacePixels);
-  HeightProfile profile = ProfileOf(field, side, d, [&](std::size_t ix, std::size_t iy) {
+  HeightProfile profile = ProfileOf(field, side, BinWidth(d), [&](std::size_t ix, std::size_t iy) {
     return std::hypot((static_cast<double>(ix) + 0.5) * field.pixel_x - side,
                       (static_cast<double>(iy) + 0.5) * field.pixel_y - side);
   });

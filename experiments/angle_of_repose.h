@@ -23,9 +23,9 @@ namespace powdercal {
 /// Before either, spheres are placed at random at a solid fraction of 0.30 and fall at 0.1 m/s. All
 /// surfaces have the parameters of walls. Friction without history is refused: no heap would stay.
 ///
-/// Fidelities: draw_down quick 18 d from back wall to gate and 6 d wide (about 750 particles),
-/// standard 25 d and 8 d (1900), paper 54 d and 17 d (19 000); beds of `bed_aspect` times that
-/// length in height. funnel quick a plate of 8 d radius and 750 particles, standard 11 d and 1750,
+/// Fidelities: draw_down quick 14 d from back wall to gate and 5 d wide (about 750 particles),
+/// standard 20 d and 6 d (1850), paper 43 d and 13 d (18 000); beds of `bed_aspect` times that
+/// length in height. funnel quick a plate of 7 d radius and 450 particles, standard 11 d and 1750,
 /// paper 24 d and 15 000. The seed paper has no such test.
 ///
 /// Responses: angle [rad] of the face with the horizontal, by a straight line through the profile
@@ -37,7 +37,7 @@ namespace powdercal {
 /// A cohesive face is a cliff, and has no angle of repose. Its inclination is the response all the
 /// same, with `cliff` = 1: an optimizer that looks for 32° learns that it is far off, where a
 /// failed evaluation would tell it nothing. Where the cliff crosses the fitted range within fewer
-/// than three bins of one diameter, the angle is the lower bound that follows from their width
+/// than four bins of half a diameter, the angle is the lower bound that follows from their width
 /// (`angle_is_bound` = 1). Only where no face of at least two diameters is left is there no angle
 /// (`no_face` = 1); the other responses are always there.
 ///
@@ -69,7 +69,7 @@ class AngleOfRepose final : public Experiment {
   FlankFit MeasureFunnel(const Program& program, const Moment& end, Measurement* measurement) const;
 
   Method method_ = Method::draw_down;
-  double bed_aspect_ = 0.4;          // [-] draw_down: height of the bed over its length
+  double bed_aspect_ = 0.8;          // [-] draw_down: height of the bed over its length
   double outlet_diameters_ = 8;      // [d] funnel
   std::optional<double> flow_time_;  // [s] at most, after the opening
 };
