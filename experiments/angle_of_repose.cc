@@ -293,7 +293,7 @@ void AngleOfRepose::PlanDrawDown(Fidelity fidelity, Program* program) const {
   program->walls = {{.name = kFloor, .position = 0},
                     {.name = kBackWall, .axis = 0, .position = 0},
                     {.name = kGate, .axis = 0, .position = bed.length, .facing_positive = false}};
-  const double longest = flow_time_.value_or(14 * std::sqrt(bed.length / gravity));
+  const double longest = flow_time_.value_or(10 * std::sqrt(bed.length / gravity));
   program->stages = {SettleAfterFall(top - height, kFallSpeed, gravity, d), Remove{kGate},
                      Flow(longest, 2 * std::sqrt(2 * height / gravity), gravity, d)};
 }
