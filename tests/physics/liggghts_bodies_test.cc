@@ -57,8 +57,6 @@ Mesh Plate(double z = 0) {
                        1);
 }
 
-// Away from the plate's diagonal: a contact that passes from one triangle to the next begins anew
-// in LIGGGHTS.
 TEST(MeshInTwoEngines, SphereHitsItObliquely) {
   Program program = SmallVacuum(
       {Ball(1, kRadius, {5e-5, -5e-5, 1.01 * kRadius}, {0.01, 0, -0.02}, {0, 300, 50})}, 1e-8);
@@ -300,6 +298,33 @@ TEST(RestoreInTwoEngines, MeshesStandWhereTheyStood) {
     EXPECT_NEAR(again.time, 6e-3, 1e-9);
   }
   EXPECT_LT(Apart(*traces.liggghts.Find("again"), *traces.embedded.Find("again")), kOfStarts);
+}
+
+// Spheres that fly through the slab, two at v and two at −v along x: the motion is a stress of n m
+// v²/V.
+TEST(SlabInTwoEngines, MotionAboutTheMeanIsAStress) {
+  const double speed = 0.01;
+  const Vector3 drift = {0.02, 0, 0.005};
+  Packing spheres;
+  for (int n = 0; n < 4; ++n) {
+    const Vector3 own = {n % 2 == 0 ? speed : -speed, 0, 0};
+    spheres.push_back(Ball(n + 1, kRadius, {0, 4 * n * kRadius, 0}, drift + own));
+  }
+  spheres.push_back(Ball(5, kRadius, {0, 0, 9 * kRadius}, {1, 1, 0}));  // above it
+  Program program = SmallVacuum(spheres, 1e-6);
+  program.stress_slab = {{-kRadius, 5 * kRadius}};
+  program.stages = {Advance{.duration = 2e-4}};
+  const TwoTraces traces = RunBothOk(program);
+  const double volume = program.domain.BaseArea() * 6 * kRadius;
+  const double expected = 4 * MassOf(kRadius) * speed * speed / volume;
+  for (const Trace* trace : {&traces.liggghts, &traces.embedded}) {
+    ASSERT_EQ(trace->slab.time.size(), 2U);
+    EXPECT_NEAR(trace->slab.time[0], 1e-4, 1e-9);
+    EXPECT_NEAR(trace->slab.stress[1][0][0] / expected, 1, 1e-4);
+    EXPECT_LT(std::abs(trace->slab.stress[1][2][2]), 1e-4 * expected);
+    EXPECT_LT(std::abs(trace->slab.stress[1][0][2]), 1e-4 * expected);
+    EXPECT_NEAR(trace->slab.solid_fraction[1] * volume / (4 * MassOf(kRadius) / kDensity), 1, 1e-5);
+  }
 }
 
 // --- A shear cell with platens -------------------------------------------------------------------
