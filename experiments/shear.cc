@@ -125,12 +125,12 @@ using YieldTable = std::vector<std::vector<StressPair>>;
 
 // "" or which yield stress was never reached.
 std::string ReadYields(const ShearRecord& record, const std::vector<double>& normals,
-                       YieldTable* table) {
+                       double friction, YieldTable* table) {
   table->assign(normals.size(), {});
   for (const std::vector<ShearSeries>& state : record.yields) {
     if (state.size() != normals.size()) return "the trace lacks yield points";
     for (std::size_t i = 0; i < normals.size(); ++i) {
-      const YieldPoint point = FindYieldPoint(state[i], normals[i]);
+      const YieldPoint point = FindYieldPoint(state[i], normals[i], friction);
       if (!point.reached) {
         return fmt::format(
             "the normal stress was never within {:.0f} % of {:.4g} Pa over a strain of {:g} (at "
@@ -530,23 +530,26 @@ Measurement Shear::Measure(const Program& program, const Trace& trace, Outcome* 
                     record.preshear.size()));
   }
 
-  const SteadyState shear = DetectSteadyState(Values(record.preshear, ShearOf));
-  const SteadyState voids = DetectSteadyState(Values(record.preshear, VoidRatioOf));
-  const std::size_t start = std::max(shear.start, voids.start);
+  const std::vector<double> shears = Values(record.preshear, ShearOf);
+  const std::vector<double> voids = Values(record.preshear, VoidRatioOf);
+  const std::size_t start = std::max(FindTruncation(shears), FindTruncation(voids));
   const Steady steady = MeasureSteady(std::span<const ShearSample>(record.preshear).subspan(start));
+  const Drift shear_drift = MeasureDrift(std::span<const double>(shears).subspan(start));
+  const Drift void_drift = MeasureDrift(std::span<const double>(voids).subspan(start));
+  const double strain = record.preshear.back().strain;
   notes["steady_state_strain"] = record.preshear[start].strain;
-  notes["shear_drift"] = shear.drift;
-  notes["void_ratio_drift"] = voids.drift;
-  notes["memory_strain"] = MeanOf(Values(steady.samples, ShearOf)).inefficiency *
-                           record.preshear.back().strain /
+  notes["shear_drift"] = shear_drift.value;
+  notes["void_ratio_drift"] = void_drift.value;
+  notes["memory_strain"] = MeanOf(Values(steady.samples, ShearOf)).inefficiency * strain /
                            static_cast<double>(record.preshear.size());
-  for (const auto& [what, state] : {std::pair{"shear stress", shear}, {"void ratio", voids}}) {
-    if (state.found) continue;
+  for (const auto& [what, drift] :
+       {std::pair{"shear stress", shear_drift}, {"void ratio", void_drift}}) {
+    if (drift.steady) continue;
     return fail(fmt::format(
-        "no steady state within a strain of {:.3g}: from {:.3g} on the {} still changes, by {:.1f} "
-        "% ± {:.1f} % from one half to the other",
-        record.preshear.back().strain, record.preshear[state.start].strain, what, 100 * state.drift,
-        100 * state.drift_error));
+        "no steady state within a strain of {:.3g}: from {:.3g} on the {} still drifts, by {:.1f} "
+        "% "
+        "± {:.1f} % over half of the rest",
+        strain, record.preshear[start].strain, what, 100 * drift.value, 100 * drift.error));
   }
   if (std::string problem = ExplainDisagreement(program, steady, &notes); !problem.empty()) {
     return fail(std::move(problem));
@@ -556,7 +559,8 @@ Measurement Shear::Measure(const Program& program, const Trace& trace, Outcome* 
   std::vector<double> normals;
   for (const double stress : normal_stresses_) normals.push_back(scale * stress);
   YieldTable yields;
-  if (std::string problem = ReadYields(record, normals, &yields); !problem.empty()) {
+  if (std::string problem = ReadYields(record, normals, steady.friction, &yields);
+      !problem.empty()) {
     return fail(std::move(problem));
   }
   notes["plain_scatter"] = RelativeScatter(yields);

@@ -49,7 +49,7 @@ namespace powdercal {
 /// steady_state_void_ratio [1] and steady_state_bulk_density [kg/m3], spheres counted whole.
 ///
 /// Diagnostics: steady_state_strain (at which it begins), shear_drift, void_ratio_drift (see
-/// SteadyState::drift), memory_strain (of the shear stress: that much strain counts as one
+/// Drift::value), memory_strain (of the shear stress: that much strain counts as one
 /// independent sample), stress_ratio (reached over target), asymmetry (of the stress tensor's shear
 /// stresses, over the shear stress); between platens, in the simulation's Pa: normal_stress_top,
 /// _bottom, _bulk, shear_stress_top, _bottom, _bulk; yield_normal_stress_1, … [simulation's Pa],

@@ -16,6 +16,7 @@ namespace {
 
 constexpr double kInitialSolidFraction = 0.34;
 constexpr double kTypicalSolidFraction = 0.55;
+constexpr double kBumpHeight = 0.8;  // [d] of the glued spheres of the upper layer
 
 // Height [m] of the powder at a solid fraction.
 double HeightAt(const ShearProtocol& protocol, const SizeDistribution& sizes,
@@ -68,24 +69,33 @@ void PlanPeriodic(const ShearProtocol& protocol, const SimulatedPowder& powder, 
       program);
 }
 
-// Spheres of the mean size on a square lattice about z = 0, so close that not even half of the
-// smallest particle fits through between them, and at uneven heights, which makes them rough.
-Packing GluedLayer(const SizeDistribution& sizes, double width, std::int64_t first_id,
-                   std::uint64_t seed) {
-  constexpr double kUnevenness = 0.3;  // [d]
+// Spheres of the mean size in two layers. The lower, about z = 0, is a square lattice so close that
+// not even half of the smallest particle fits through between its spheres; it is what holds the
+// powder. The upper has a sphere over every fourth hollow of the lower, at uneven heights: bumps as
+// deep and as wide as the top platen's ridges. The lower layer alone is smoother than the powder,
+// which then slides along it in a band of three diameters and hardly shears elsewhere.
+Packing GluedLayers(const SizeDistribution& sizes, double width, std::int64_t first_id,
+                    std::uint64_t seed) {
+  constexpr double kUnevenness = 0.2;  // [d]
   const double d = sizes.Moment(1);
-  const double spacing = (d + 0.5 * sizes.Quantile(0)) / std::numbers::sqrt2;
-  const auto along = static_cast<int>(std::ceil(width / spacing));
-  RandomStream stream = RandomStream(seed).Split("glued layer");
-  Packing layer;
+  const double closest = (d + 0.5 * sizes.Quantile(0)) / std::numbers::sqrt2;
+  const int along = 2 * static_cast<int>(std::ceil(width / (2 * closest)));
+  const double spacing = width / along;
+  RandomStream stream = RandomStream(seed).Split("glued layers");
+  Packing layers;
+  const auto add = [&](double x, double y, double z) {
+    layers.push_back({.id = first_id + static_cast<std::int64_t>(layers.size()),
+                      .radius = d / 2,
+                      .position = {x, y, z + kUnevenness * d * (stream.Uniform() - 0.5)}});
+  };
   for (int i = 0; i < along * along; ++i) {
-    const double x = (i % along + 0.5) * width / along;
-    const double y = (i / along + 0.5) * width / along;
-    layer.push_back({.id = first_id + i,
-                     .radius = d / 2,
-                     .position = {x, y, kUnevenness * d * (stream.Uniform() - 0.5)}});
+    add((i % along + 0.25) * spacing, (i / along + 0.25) * spacing, 0);
   }
-  return layer;
+  for (int i = 0; i < along * along / 4; ++i) {
+    add((2 * (i % (along / 2)) + 0.75) * spacing, (2 * (i / (along / 2)) + 0.75) * spacing,
+        kBumpHeight * d);
+  }
+  return layers;
 }
 
 // Ridges along y with flanks of 45°, as many across the width as make them about 2 d wide; valleys
@@ -96,7 +106,7 @@ Mesh RidgedPlate(const ShearProtocol& protocol, const SizeDistribution& sizes, d
   Mesh mesh{.name = kTopPlaten};
   for (int i = 0; i <= 2 * ridges; ++i) {
     const double x = protocol.width * i / (2 * ridges);
-    const double z = height + (i % 2 == 0 ? RidgeDepth(sizes) : 0);
+    const double z = height + (i % 2 == 0 ? LevelsOf(sizes).ridge_depth : 0);
     mesh.vertices.push_back({x, 0, z});
     mesh.vertices.push_back({x, protocol.width, z});
   }
@@ -112,7 +122,7 @@ void PlanPlatens(const ShearProtocol& protocol, const SimulatedPowder& powder, s
                  Program* program) {
   const SizeDistribution& sizes = powder.sizes;
   const double d = sizes.Moment(1);
-  const double bottom = d;  // clear of the glued layer
+  const double bottom = (kBumpHeight + 0.65) * d;  // clear of the bumps
   const double top = bottom + HeightAt(protocol, sizes, kInitialSolidFraction);
   const double height = HeightAt(protocol, sizes, kTypicalSolidFraction);
   program->domain = {{0, 0, -2 * d},
@@ -120,10 +130,10 @@ void PlanPlatens(const ShearProtocol& protocol, const SimulatedPowder& powder, s
                      {Boundary::periodic, Boundary::periodic, Boundary::open}};
   Packing packing =
       PlaceParticles(program->particles, program->domain, {.bottom = bottom, .top = top});
-  const Packing layer = GluedLayer(sizes, protocol.width, protocol.count + 1, seed);
+  const Packing layers = GluedLayers(sizes, protocol.width, protocol.count + 1, seed);
   GluedGroup group{.name = kBottomPlaten};
-  for (const Sphere& sphere : layer) group.ids.push_back(sphere.id);
-  packing.insert(packing.end(), layer.begin(), layer.end());
+  for (const Sphere& sphere : layers) group.ids.push_back(sphere.id);
+  packing.insert(packing.end(), layers.begin(), layers.end());
   program->particles.count = static_cast<int>(packing.size());
   program->particles.packing = std::move(packing);
   program->groups = {std::move(group)};
@@ -159,7 +169,10 @@ double ShearProtocol::ShearRate(const SimulatedPowder& powder, double normal) co
   return inertial_number / (powder.sizes.Moment(1) * std::sqrt(powder.materials.density / normal));
 }
 
-double RidgeDepth(const SizeDistribution& sizes) { return sizes.Moment(1); }
+PlatenLevels LevelsOf(const SizeDistribution& sizes) {
+  const double d = sizes.Moment(1);
+  return {.bottom = 0.5 * kBumpHeight * d, .ridge_depth = d};
+}
 
 Program PlanShear(const ShearProtocol& protocol, const SimulatedPowder& powder,
                   std::uint64_t seed) {

@@ -17,8 +17,8 @@ namespace powdercal {
 
 /// periodic: periodic in x, y and z, sheared after Lees & Edwards, with the length of the edge
 /// along z controlled by the normal stress: no platens, a homogeneous sample.
-/// platens: periodic in x and y, between a layer of glued spheres, which moves, and a ridged plate,
-/// which bears the normal stress.
+/// platens: periodic in x and y, between glued spheres, which move, and a ridged plate, which bears
+/// the normal stress.
 enum class ShearCell { periodic, platens };
 std::span<const std::string> ShearCellNames();
 
@@ -48,8 +48,12 @@ inline constexpr const char* kBottomPlaten = "bottom";
 inline constexpr const char* kPreshearPrefix = "preshear_";
 inline constexpr const char* kYieldPrefix = "yield_";
 
-/// Depth of the top platen's ridges [m].
-double RidgeDepth(const SizeDistribution& sizes);
+/// Where the platens' rough surfaces are, for the height of the powder between them.
+struct PlatenLevels {
+  double bottom = 0;       ///< [m] z of the middle between the bottom's bumps and hollows
+  double ridge_depth = 0;  ///< [m] of the top
+};
+PlatenLevels LevelsOf(const SizeDistribution& sizes);
 
 /// The program: consolidation, the preshear in `repeats` pieces, the first half as long as the
 /// whole (a single one: all of it), each ending in a state that is saved; from each state, every

@@ -93,7 +93,8 @@ ShearSeries ReadPlatens(const Program& program, const Trace& trace, const ShearS
   const WallSeries& bottom = *trace.FindSeries(kBottomPlaten);
   const SlabSeries& slab = trace.slab;
   const double area = program.domain.BaseArea();
-  const double ridges = 0.5 * RidgeDepth(program.particles.sizes);
+  const PlatenLevels levels = LevelsOf(program.particles.sizes);
+  const double gap = 0.5 * levels.ridge_depth - levels.bottom;
   const auto at = [&](const std::vector<double>& times, double time) {
     const auto [first, last] = Between(times, stage.begin, stage.end);
     const auto found = std::lower_bound(times.begin() + static_cast<std::ptrdiff_t>(first),
@@ -109,7 +110,7 @@ ShearSeries ReadPlatens(const Program& program, const Trace& trace, const ShearS
     const std::size_t b = at(bottom.time, time);
     const std::size_t s = at(slab.time, time);
     if (b >= bottom.time.size() || s >= slab.time.size()) break;
-    strain += stage.speed * (time - before) / (top.height[i] + ridges);
+    strain += stage.speed * (time - before) / (top.height[i] + gap);
     before = time;
     series.push_back({.strain = strain,
                       .stress = {top.force[i][2] / area, -top.force[i][0] / area},
@@ -168,8 +169,9 @@ ShearSample MeanSample(std::span<const ShearSample> samples) {
   return mean;
 }
 
-YieldPoint FindYieldPoint(std::span<const ShearSample> samples, double normal) {
+YieldPoint FindYieldPoint(std::span<const ShearSample> samples, double normal, double friction) {
   YieldPoint point;
+  double most = 0;
   std::size_t first = 0;
   for (std::size_t last = 0; last < samples.size(); ++last) {
     while (samples[last].strain - samples[first].strain >= kYieldWindow) ++first;
@@ -177,7 +179,9 @@ YieldPoint FindYieldPoint(std::span<const ShearSample> samples, double normal) {
     if (samples[last].strain - before < 0.9 * kYieldWindow) continue;
     const ShearSample mean = MeanSample(samples.subspan(first, last + 1 - first));
     if (std::abs(mean.stress.normal / normal - 1) > kNormalStressTolerance) continue;
-    if (point.reached && mean.stress.shear <= point.stress.shear) continue;
+    const double strength = mean.stress.shear - friction * (mean.stress.normal - normal);
+    if (point.reached && strength <= most) continue;
+    most = strength;
     point = {.reached = true, .stress = mean.stress, .strain = mean.strain};
   }
   return point;

@@ -36,7 +36,7 @@ struct ShearRecord {
 };
 
 /// Reads a trace whose outcome is ok. Between platens the strain is the bottom's path over the
-/// distance from its spheres' centres to the middle of the ridges. Returns "" or what is missing.
+/// distance from the middle of its bumps to that of the ridges. Returns "" or what is missing.
 std::string ReadShearRecord(const Program& program, const Trace& trace, ShearRecord* record);
 
 /// Means of the samples' members; the strain is the last one's. Requires a sample.
@@ -53,14 +53,15 @@ inline constexpr double kYieldWindow = 0.02;
 /// Relative error of the normal stress up to which a window belongs to the yield locus.
 inline constexpr double kNormalStressTolerance = 0.10;
 
-/// The yield point under a reduced normal stress: where the shear stress, averaged over a strain of
-/// kYieldWindow, is largest, among the windows whose own mean normal stress is within
-/// kNormalStressTolerance of the target. Windows in which the stress is still being reduced are so
-/// left out. Presheared powder yields at once when its load is taken off, and the pair of measured
-/// stresses moves along the yield locus, so that a normal stress somewhat off does no harm: both
-/// means belong to the same window. The window is wide enough that its maximum is not that of the
-/// noise: with 1000 particles the bias is 1 to 2 % of the shear stress, alike at every normal
-/// stress, so that it does not look like cohesion.
-YieldPoint FindYieldPoint(std::span<const ShearSample> samples, double normal);
+/// The yield point under a reduced normal stress: where the strength is largest, averaged over a
+/// strain of kYieldWindow, among the windows whose own mean normal stress is within
+/// kNormalStressTolerance of the target. The strength is tau − friction · (sigma − target), so that
+/// a window is not preferred for bearing more load; `friction` is the steady state's tau/sigma.
+/// Windows in which the load is still being reduced are left out. Presheared powder yields at once
+/// when its load is taken off, and the pair of stresses then moves along the yield locus: a normal
+/// stress somewhat off does no harm, as both means belong to the same window. The window is wide
+/// enough that its maximum is not that of the noise: with 1000 particles the bias is 1 to 2 % of
+/// the shear stress, alike at every normal stress, so that it does not look like cohesion.
+YieldPoint FindYieldPoint(std::span<const ShearSample> samples, double normal, double friction);
 
 }  // namespace powdercal

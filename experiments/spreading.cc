@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "core/errors.h"
 #include "core/quantity.h"
@@ -74,16 +73,6 @@ Packing PlateLayer(const Domain& domain, double diameter, std::int64_t first_id)
     }
   }
   return layer;
-}
-
-double SphereVolume(const Sphere& sphere) {
-  return 4.0 / 3 * std::numbers::pi * std::pow(sphere.radius, 3);
-}
-
-double SolidVolume(const Packing& packing) {
-  double volume = 0;
-  for (const Sphere& sphere : packing) volume += SphereVolume(sphere);
-  return volume;
 }
 
 // How far the blade has moved at the end.
@@ -263,13 +252,14 @@ Measurement Spreading::Measure(const Program& program, const Trace& trace, Outco
   const double pixel = d / kSurfacePixels;
   const SurfaceTexture surface = MeasureSurface(MeasureHeightField(packing, window, pixel));
   const double on_plate = SolidVolume(packing);
-  double before = 0;
+  Packing before;
   Packing layer;
   for (const Sphere& sphere : packing) {
     const double x = sphere.position[0];
-    if (x > front) before += SphereVolume(sphere);
+    if (x > front) before.push_back(sphere);
     if (x > window.x0 && x < window.x1) layer.push_back(sphere);
   }
+  const double heap = SolidVolume(before);
   const double all = SolidVolume(poured);
 
   responses["coverage"].value = coverage.fraction;
@@ -279,7 +269,7 @@ Measurement Spreading::Measure(const Program& program, const Trace& trace, Outco
   responses["packing_density_sd"].value = density.standard_deviation;
   responses["roughness_sa"].value = surface.sa;
   responses["roughness_sq"].value = surface.sq;
-  responses["swept_share"].value = 1 - (on_plate - before) / all;
+  responses["swept_share"].value = 1 - (on_plate - heap) / all;
   measurement.diagnostics = {
       {"window_x0", window.x0},
       {"window_x1", window.x1},
@@ -295,7 +285,7 @@ Measurement Spreading::Measure(const Program& program, const Trace& trace, Outco
       {"surface_pixel", pixel},
       {"surface_maximum", surface.maximum},
       {"leavers", static_cast<double>(trace.diagnostics.leavers)},
-      {"heap_share", before / all},
+      {"heap_share", heap / all},
       {"layer_kinetic_energy_ratio", KineticEnergyRatio(layer, std::abs(program.gravity[2]))},
       {"particles", static_cast<double>(program.particles.count)},
       {"simulated_time", rest->time}};

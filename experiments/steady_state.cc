@@ -15,23 +15,6 @@ double PlainMean(std::span<const double> values) {
   return sum / static_cast<double>(values.size());
 }
 
-// Index within the first half at which MSER is smallest.
-std::size_t Truncation(std::span<const double> values) {
-  std::vector<double> criterion(values.size());
-  double mean = 0;
-  double squares = 0;  // about the mean, of the samples from `i` on (Welford 1962, Technometrics 4)
-  for (std::size_t i = values.size(); i-- > 0;) {
-    const auto n = static_cast<double>(values.size() - i);
-    const double deviation = values[i] - mean;
-    mean += deviation / n;
-    squares += deviation * (values[i] - mean);
-    criterion[i] = squares / (n * n);
-  }
-  const auto half = criterion.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  return static_cast<std::size_t>(std::min_element(criterion.begin(), half + 1) -
-                                  criterion.begin());
-}
-
 }  // namespace
 
 SeriesMean MeanOf(std::span<const double> values) {
@@ -60,22 +43,44 @@ SeriesMean MeanOf(std::span<const double> values) {
   return result;
 }
 
-SteadyState DetectSteadyState(std::span<const double> values, const SteadyStateOptions& options) {
-  assert(values.size() >= 8);
-  SteadyState state{.start = Truncation(values)};
-  const std::span<const double> rest = values.subspan(state.start);
-  const SeriesMean first = MeanOf(rest.first(rest.size() / 2));
-  const SeriesMean second = MeanOf(rest.subspan(rest.size() / 2));
-  const double mean = std::abs(PlainMean(rest));
-  const double difference = second.mean - first.mean;
-  const double error = std::sqrt(first.variance + second.variance);
-  state.found = std::abs(difference) <= options.tolerance * mean ||
-                std::abs(difference) <= options.significance * error;
-  if (mean > 0) {
-    state.drift = difference / mean;
-    state.drift_error = error / mean;
+std::size_t FindTruncation(std::span<const double> values) {
+  assert(values.size() >= 2);
+  std::vector<double> criterion(values.size());
+  double mean = 0;
+  double squares = 0;  // about the mean, of the samples from `i` on (Welford 1962, Technometrics 4)
+  for (std::size_t i = values.size(); i-- > 0;) {
+    const auto n = static_cast<double>(values.size() - i);
+    const double deviation = values[i] - mean;
+    mean += deviation / n;
+    squares += deviation * (values[i] - mean);
+    criterion[i] = squares / (n * n);
   }
-  return state;
+  const auto half = criterion.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  return static_cast<std::size_t>(std::min_element(criterion.begin(), half + 1) -
+                                  criterion.begin());
+}
+
+Drift MeasureDrift(std::span<const double> values, const DriftOptions& options) {
+  assert(values.size() >= 8);
+  const auto n = static_cast<double>(values.size());
+  const double mean = PlainMean(values);
+  const auto place = [&](std::size_t i) { return (static_cast<double>(i) + 0.5) / n - 0.5; };
+  double spread = 0;
+  double product = 0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    spread += place(i) * place(i);
+    product += place(i) * (values[i] - mean);
+  }
+  const double slope = product / spread;  // over the whole length
+  std::vector<double> residuals(values.begin(), values.end());
+  for (std::size_t i = 0; i < values.size(); ++i) residuals[i] -= slope * place(i);
+  const double error = std::sqrt(MeanOf(residuals).variance * n / spread);
+  Drift drift;
+  drift.value = mean != 0 ? 0.5 * slope / mean : 0;
+  drift.error = mean != 0 ? 0.5 * error / std::abs(mean) : 0;
+  drift.steady = std::abs(drift.value) <= options.tolerance ||
+                 std::abs(drift.value) <= options.significance * drift.error;
+  return drift;
 }
 
 }  // namespace powdercal

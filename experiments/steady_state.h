@@ -20,24 +20,27 @@ struct SeriesMean {
 /// beyond 5 tau (Sokal 1997, in Functional Integration, Plenum, p. 131, §3). Requires a sample.
 SeriesMean MeanOf(std::span<const double> values);
 
-struct SteadyStateOptions {
-  double significance = 3;  ///< [-] standard errors by which the halves of a drifting series differ
-  double tolerance = 0.05;  ///< [-] of the mean: a smaller difference is no drift that matters
+/// Where the mean of a series is no longer burdened by its beginning: the truncation, within the
+/// first half, that gives the mean the smallest marginal standard error (MSER; White 1997,
+/// Simulation 69:323). Requires two samples.
+std::size_t FindTruncation(std::span<const double> values);
+
+struct DriftOptions {
+  double significance = 4;  ///< [-] standard errors that a drift must exceed
+  double tolerance = 0.05;  ///< [-] of the mean: a smaller drift does not matter
 };
 
-struct SteadyState {
-  bool found = false;
-  std::size_t start = 0;   ///< index of its first sample, at most half of all
-  double drift = 0;        ///< [-] mean of its second half less that of its first, over the mean
-  double drift_error = 0;  ///< [-] standard error of that
+struct Drift {
+  bool steady = false;  ///< the drift is insignificant or does not matter
+  double value = 0;     ///< [-] the trend from the first quarter to the third, over the mean
+  double error = 0;     ///< [-] standard error of that
 };
 
-/// Where a series has forgotten its beginning. The start is the truncation, within the first half,
-/// that gives the mean the smallest marginal standard error (MSER; White 1997, Simulation 69:323);
-/// what remains is steady if its two halves agree (after Geweke 1992, Bayesian Statistics 4:169):
-/// their means may differ significantly or by more than the tolerance, but not both. Requires 8
+/// Whether a truncated series is steady: its linear trend, with a standard error that allows for
+/// the autocorrelation of the residuals (Santer et al. 2000, J. Geophys. Res. 105:7337), about as
+/// large as the difference of the means of its halves. The error is underestimated where the series
+/// is only some ten times as long as its memory, hence the four standard errors. Requires 8
 /// samples.
-SteadyState DetectSteadyState(std::span<const double> values,
-                              const SteadyStateOptions& options = {});
+Drift MeasureDrift(std::span<const double> values, const DriftOptions& options = {});
 
 }  // namespace powdercal

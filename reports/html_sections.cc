@@ -274,6 +274,17 @@ std::string SummarySection(const StudyResults& results) {
          CaveatsCard(results) + "</div>\n";
 }
 
+std::string FigureElement(const Figure& figure) {
+  const bool wide = figure.key == "parallel" || figure.spec.is_null();
+  return fmt::format(
+      "<figure class=\"{}\" data-figure=\"{}\"{}{}><h3>{}</h3>{}<figcaption>{}</figcaption>"
+      "</figure>\n",
+      wide ? "wide" : "half", H(figure.key),
+      figure.pair >= 0 ? fmt::format(" data-pair=\"{}\"", figure.pair) : "",
+      figure.pair > 0 ? " hidden" : "", H(figure.title),
+      figure.spec.is_null() ? "" : "<div class=\"plot\"></div>", H(figure.caption));
+}
+
 std::string FiguresSection(const std::vector<Figure>& figures,
                            const std::vector<std::string>& pairs) {
   std::string html = "<section><h2>Figures</h2>\n<div class=\"figures\">\n";
@@ -287,13 +298,7 @@ std::string FiguresSection(const std::vector<Figure>& figures,
       html += "</select></label></p>\n";
       offered = true;
     }
-    const bool wide = figure.key == "parallel" || figure.spec.is_null();
-    html += fmt::format("<figure class=\"{}\" data-figure=\"{}\"{}{}><h3>{}</h3>",
-                        wide ? "wide" : "half", H(figure.key),
-                        figure.pair >= 0 ? fmt::format(" data-pair=\"{}\"", figure.pair) : "",
-                        figure.pair > 0 ? " hidden" : "", H(figure.title));
-    if (!figure.spec.is_null()) html += "<div class=\"plot\"></div>";
-    html += fmt::format("<figcaption>{}</figcaption></figure>\n", H(figure.caption));
+    html += FigureElement(figure);
   }
   return html +
          "</div>\n<noscript><p>The figures are drawn by JavaScript, which is switched "

@@ -29,6 +29,11 @@ std::vector<std::string> ParameterPairs(const StudyResults& results);
 /// With more than three parameters: every evaluation as a line across them; else empty.
 std::vector<Figure> ParallelFigures(const StudyResults& results);
 
+/// With two objectives: the misfit of every evaluation in the one over that in the other, the front
+/// marked; with more: a line for each evaluation across the objectives. Else empty, and so without
+/// a complete evaluation.
+std::vector<Figure> ParetoFigures(const StudyResults& results);
+
 /// With two targets or more: simulated against observed at the best point, one figure for each
 /// unit.
 std::vector<Figure> FitFigures(const StudyResults& results);

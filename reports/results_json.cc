@@ -57,6 +57,7 @@ json Experiments(const StudyResults& results) {
 
 json StudyObject(const StudyResults& results) {
   return {{"name", results.study},
+          {"objective", results.objectives.empty() ? "joint" : "pareto"},
           {"description", results.description},
           {"powder", results.powder},
           {"fingerprint", results.fingerprint},
@@ -106,40 +107,54 @@ json Failures(const std::vector<ExperimentFailure>& failures) {
   return list;
 }
 
-json FittedPoint(const EvaluationResult& evaluation) {
-  return {{"evaluation", evaluation.id},
-          {"parameters", Numbers(evaluation.parameters)},
-          {"responses", FittedResponses(evaluation.responses)},
-          {"chi2", Number(evaluation.chi2)}};
+// Adds `objectives`, keyed by experiment, where a study has them.
+void AddObjectives(const StudyResults& results, const EvaluationResult& evaluation, json& object) {
+  for (std::size_t o = 0; o < results.objectives.size(); ++o) {
+    const ObjectiveResult& objective = evaluation.objectives[o];
+    object["objectives"][results.objectives[o]] = {{"chi2", Number(objective.chi2)},
+                                                   {"misfit", Number(objective.misfit)}};
+  }
+}
+
+json FittedPoint(const StudyResults& results, const EvaluationResult& evaluation) {
+  json point = {{"evaluation", evaluation.id},
+                {"parameters", Numbers(evaluation.parameters)},
+                {"responses", FittedResponses(evaluation.responses)},
+                {"chi2", Number(evaluation.chi2)}};
+  AddObjectives(results, evaluation, point);
+  return point;
 }
 
 json Pareto(const StudyResults& results) {
   json list = json::array();
   for (const std::size_t index : results.pareto) {
-    if (index < results.history.size()) list.push_back(FittedPoint(results.history[index]));
+    if (index < results.history.size())
+      list.push_back(FittedPoint(results, results.history[index]));
   }
   return list;
 }
 
 // Compared bit for bit between an interrupted and an uninterrupted study.
-json HistoryEntry(const EvaluationResult& evaluation) {
+json HistoryEntry(const StudyResults& results, const EvaluationResult& evaluation) {
   json responses = json::object();
   for (const ResponseResult& response : evaluation.responses) {
     responses[response.name] = {{"simulated", Number(response.simulated)},
                                 {"seed_sd", Number(response.seed_sd)},
                                 {"replicates", response.replicates}};
   }
-  return {{"evaluation", evaluation.id},
-          {"parameters", Numbers(evaluation.parameters)},
-          {"origin", evaluation.origin},
-          {"outcome", evaluation.outcome},
-          {"responses", std::move(responses)},
-          {"chi2", Number(evaluation.chi2)},
-          {"best_chi2", Number(evaluation.best_chi2)}};
+  json entry = {{"evaluation", evaluation.id},
+                {"parameters", Numbers(evaluation.parameters)},
+                {"origin", evaluation.origin},
+                {"outcome", evaluation.outcome},
+                {"responses", std::move(responses)},
+                {"chi2", Number(evaluation.chi2)},
+                {"best_chi2", Number(evaluation.best_chi2)}};
+  AddObjectives(results, evaluation, entry);
+  return entry;
 }
 
 json BestPoint(const StudyResults& results, const EvaluationResult& best) {
-  json point = FittedPoint(best);
+  json point = FittedPoint(results, best);
   point["transfer"] = FittedResponses(results.transfer.responses);
   point["transfer_failures"] = Failures(results.transfer.failures);
   return point;
@@ -186,7 +201,7 @@ json ResultsToJson(const StudyResults& results) {
   json failures = json::array();
   json runs = json::array();
   for (const EvaluationResult& evaluation : results.history) {
-    history.push_back(HistoryEntry(evaluation));
+    history.push_back(HistoryEntry(results, evaluation));
     if (evaluation.outcome != "ok") {
       failures.push_back({{"evaluation", evaluation.id},
                           {"outcome", evaluation.outcome},

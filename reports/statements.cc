@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
+#include <utility>
 
 #include "reports/text.h"
 
@@ -99,6 +101,53 @@ void AddTransferCaveats(const StudyResults& results, std::vector<std::string>& c
     caveats.push_back(fmt::format("At the best point {} failed, which was not fitted.",
                                   ReadableName(results.transfer.failures.front().experiment)));
   }
+}
+
+bool BelongsTo(const ResponseResult& response, const std::string& experiment) {
+  return response.name.starts_with(experiment + ".");
+}
+
+double Misfit(const EvaluationResult& evaluation, std::size_t objective) {
+  return evaluation.objectives[objective].misfit.value_or(std::numeric_limits<double>::infinity());
+}
+
+double TotalMisfit(const EvaluationResult& evaluation) {
+  double sum = 0;
+  for (std::size_t o = 0; o < evaluation.objectives.size(); ++o) sum += Misfit(evaluation, o);
+  return sum;
+}
+
+// The point of the front that serves an objective best; of equals, the one that serves all best.
+const EvaluationResult& BestOf(const StudyResults& results, std::size_t objective) {
+  const auto best = std::min_element(
+      results.pareto.begin(), results.pareto.end(), [&](std::size_t a, std::size_t b) {
+        const EvaluationResult& first = results.history[a];
+        const EvaluationResult& second = results.history[b];
+        return std::pair(Misfit(first, objective), TotalMisfit(first)) <
+               std::pair(Misfit(second, objective), TotalMisfit(second));
+      });
+  return results.history[*best];
+}
+
+// What it costs the others to fit one objective best: the one that loses most, or "".
+std::string PriceOf(const StudyResults& results, std::size_t objective, const char* separator) {
+  const EvaluationResult& here = BestOf(results, objective);
+  std::size_t loser = objective;
+  double loss = 0;
+  for (std::size_t o = 0; o < results.objectives.size(); ++o) {
+    const double difference = Misfit(here, o) - Misfit(BestOf(results, o), o);
+    if (difference > loss) {
+      loss = difference;
+      loser = o;
+    }
+  }
+  if (loser == objective) return "";
+  const EvaluationResult& there = BestOf(results, loser);
+  return fmt::format(
+      "{}Where {} fits best (evaluation {}), the misfit of {} is {} instead of {} (evaluation {}).",
+      separator, ReadableName(results.objectives[objective]), here.id,
+      ReadableName(results.objectives[loser]), NumberText(Misfit(here, loser), 3),
+      NumberText(Misfit(there, loser), 3), there.id);
 }
 
 }  // namespace
@@ -254,6 +303,68 @@ Conclusion Conclude(const StudyResults& results) {
   return conclusion;
 }
 
+bool FitsObjective(const StudyResults& results, const EvaluationResult& evaluation,
+                   std::size_t objective) {
+  return std::all_of(evaluation.responses.begin(), evaluation.responses.end(),
+                     [&](const ResponseResult& response) {
+                       return !BelongsTo(response, results.objectives[objective]) ||
+                              JudgeFit(response).within;
+                     });
+}
+
+int TargetCount(const StudyResults& results, std::size_t objective) {
+  const std::vector<ResponseResult> targets = TargetResponses(results);
+  return static_cast<int>(
+      std::count_if(targets.begin(), targets.end(), [&](const ResponseResult& response) {
+        return BelongsTo(response, results.objectives[objective]);
+      }));
+}
+
+Compatibility JudgeCompatibility(const StudyResults& results) {
+  const std::size_t count = results.objectives.size();
+  if (count < 2 || results.pareto.empty()) return {};
+  std::vector<std::string> names;
+  for (const std::string& objective : results.objectives) names.push_back(ReadableName(objective));
+  const EvaluationResult* together = nullptr;
+  std::vector<bool> fitted(count, false);
+  for (const EvaluationResult& evaluation : results.history) {
+    bool all = true;
+    for (std::size_t o = 0; o < count; ++o) {
+      const bool fits = FitsObjective(results, evaluation, o);
+      fitted[o] = fitted[o] || fits;
+      all = all && fits;
+    }
+    if (all && (together == nullptr || TotalMisfit(evaluation) < TotalMisfit(*together))) {
+      together = &evaluation;
+    }
+  }
+  if (together != nullptr) {
+    return {.together = true,
+            .statement = fmt::format("{} can be fitted together: evaluation {} does.",
+                                     Capitalised(Enumerated(names)), together->id)};
+  }
+  std::string statement;
+  for (std::size_t o = 0; o < count; ++o) {
+    if (fitted[o]) continue;
+    statement += fmt::format(
+        "{}No evaluation fits {}, even without regard to the rest: its lowest misfit is {} over "
+        "{}.",
+        statement.empty() ? "" : " ", names[o], NumberText(Misfit(BestOf(results, o), o), 3),
+        CountText(TargetCount(results, o), "response"));
+  }
+  if (statement.empty()) {
+    statement = fmt::format(
+        "{} contradict each other as far as was searched: each is fitted by some evaluation, and "
+        "none fits {}.",
+        Capitalised(Enumerated(names)), count == 2 ? "both" : "all");
+  }
+  std::string detail;
+  for (std::size_t o = 0; o < count; ++o) {
+    detail += PriceOf(results, o, detail.empty() ? "" : " ");
+  }
+  return {false, statement, detail};
+}
+
 std::string NoSimulationNotice(const StudyResults& results) {
   if (results.simulated) return "";
   return fmt::format(
@@ -274,6 +385,10 @@ std::vector<std::string> Caveats(const StudyResults& results) {
   }
   if (best != nullptr) AddFitCaveats(results, *best, caveats);
   AddTransferCaveats(results, caveats);
+  const Compatibility compatibility = JudgeCompatibility(results);
+  if (!compatibility.together && !compatibility.statement.empty()) {
+    caveats.push_back(compatibility.statement);
+  }
   for (const ScalingTable& table : results.scaling_tables) {
     for (const GroupComparison& group : table.groups) {
       if (group.verdict != GroupComparison::Verdict::violated) continue;

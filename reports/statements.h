@@ -54,6 +54,22 @@ struct Conclusion {
 };
 Conclusion Conclude(const StudyResults& results);
 
+/// Of a study with several objectives: whether its experiments can be fitted together.
+struct Compatibility {
+  bool together = false;  ///< an evaluation fits every response of every experiment
+  /// "Consolidation and shear contradict each other as far as was searched: …"; empty with fewer
+  /// than two objectives or without a complete evaluation.
+  std::string statement;
+  std::string detail;  ///< what each experiment's best fit costs the others
+};
+Compatibility JudgeCompatibility(const StudyResults& results);
+
+/// Whether the evaluation fits all responses of an objective, by JudgeFit.
+bool FitsObjective(const StudyResults& results, const EvaluationResult& evaluation,
+                   std::size_t objective);
+/// Number of targets of an objective.
+int TargetCount(const StudyResults& results, std::size_t objective);
+
 /// "no simulation was run: …", or "" when simulations were.
 std::string NoSimulationNotice(const StudyResults& results);
 

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "optimizers/pareto.h"
+
 namespace powdercal {
 
 ReducedResponses Reduce(const Objectives& objectives, const std::vector<const LedgerRun*>& runs) {
@@ -58,16 +60,29 @@ Eigen::VectorXd VarianceOfMeans(const ReducedResponses& point, const Eigen::Vect
 }
 
 double ExpectedMisfit(const Objectives& objectives, const ReducedResponses& point,
-                      const Eigen::VectorXd& pooled) {
-  if (!point.complete()) return std::numeric_limits<double>::infinity();
+                      const Eigen::VectorXd& pooled, int objective) {
   const Eigen::VectorXd variances = VarianceOfMeans(point, pooled);
   double sum = 0;
   for (Eigen::Index t = 0; t < point.means.size(); ++t) {
     const Target& target = objectives.targets[static_cast<std::size_t>(t)];
+    if (objective >= 0 && target.objective != objective) continue;
+    if (point.counts[t] == 0) return std::numeric_limits<double>::infinity();
     const double deviation = point.means[t] - target.value;
     sum += (deviation * deviation + variances[t]) / (target.sd * target.sd);
   }
   return sum;
+}
+
+std::vector<std::size_t> ParetoFront(const Objectives& objectives,
+                                     const std::vector<ReducedResponses>& points,
+                                     const Eigen::VectorXd& pooled) {
+  Eigen::MatrixXd misfits(static_cast<Eigen::Index>(points.size()), ObjectiveCount(objectives));
+  for (Eigen::Index i = 0; i < misfits.rows(); ++i) {
+    for (int o = 0; o < misfits.cols(); ++o) {
+      misfits(i, o) = ExpectedMisfit(objectives, points[static_cast<std::size_t>(i)], pooled, o);
+    }
+  }
+  return NonDominated(misfits);
 }
 
 bool WithinTolerance(const Study& study, const ReducedResponses& point) {

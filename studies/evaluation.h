@@ -34,9 +34,16 @@ Eigen::VectorXd VarianceOfMeans(const ReducedResponses& point, const Eigen::Vect
 
 /// What points are ranked by: Σ ((mean − target)² + variance of the mean)/sd², the expected squared
 /// misfit of the true response. Unlike chi², it does not reward a point for being poorly known.
-/// Infinite unless the point is complete.
+/// Infinite unless every target counted has a value. objective < 0: all targets, else those of that
+/// objective.
 double ExpectedMisfit(const Objectives& objectives, const ReducedResponses& point,
-                      const Eigen::VectorXd& pooled);
+                      const Eigen::VectorXd& pooled, int objective = -1);
+
+/// Indices of the complete points that no other complete point dominates in the expected misfits of
+/// the objectives (NonDominated, optimizers/pareto.h), ascending.
+std::vector<std::size_t> ParetoFront(const Objectives& objectives,
+                                     const std::vector<ReducedResponses>& points,
+                                     const Eigen::VectorXd& pooled);
 
 /// Whether every target that has a tolerance is met by the means, and at least one has.
 bool WithinTolerance(const Study& study, const ReducedResponses& point);

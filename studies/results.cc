@@ -126,6 +126,36 @@ EvaluationResult MakeEvaluation(const Study& study, const Objectives& objectives
   return result;
 }
 
+// The experiment behind each objective; none for the joint one.
+std::vector<std::string> ObjectiveNames(const Objectives& objectives) {
+  if (objectives.kind == Objectives::Kind::joint) return {};
+  std::vector<std::string> names(static_cast<std::size_t>(ObjectiveCount(objectives)));
+  for (const Target& target : objectives.targets) {
+    names[static_cast<std::size_t>(target.objective)] =
+        target.response.substr(0, target.response.find('.'));
+  }
+  return names;
+}
+
+void AddPareto(const Objectives& objectives, const std::vector<ReducedResponses>& points,
+               const Eigen::VectorXd& pooled, StudyResults& results) {
+  results.objectives = ObjectiveNames(objectives);
+  if (results.objectives.empty()) return;
+  results.pareto = ParetoFront(objectives, points, pooled);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    for (int o = 0; o < ObjectiveCount(objectives); ++o) {
+      ObjectiveResult result;
+      const double misfit = ExpectedMisfit(objectives, points[i], pooled, o);
+      if (std::isfinite(misfit)) {
+        result.misfit = misfit;
+        result.chi2 =
+            ChiSquared(objectives, points[i].means, VarianceOfMeans(points[i], pooled), o);
+      }
+      results.history[i].objectives.push_back(result);
+    }
+  }
+}
+
 // An experiment that is not calibrated, at these parameters, as far as the ledger has its runs.
 void AddTransfer(const Planner& planner, std::size_t experiment,
                  const std::vector<double>& parameters,
@@ -205,6 +235,7 @@ void AddHistory(const Study& study, const Planner& planner, const Ledger& ledger
                                         : results.failed);
     results.history.push_back(std::move(evaluation));
   }
+  AddPareto(objectives, reduced, pooled, results);
   if (results.best) {
     results.converged = WithinTolerance(study, points[*results.best].reduced);
     for (const RunResult& run : results.history[*results.best].runs) {

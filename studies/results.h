@@ -25,6 +25,12 @@ struct ResponseResult {
   bool was_observed() const { return sd > 0; }
 };
 
+/// How well a point serves one objective of a study with several.
+struct ObjectiveResult {
+  std::optional<double> chi2;    ///< over its targets; empty unless all of them have a value
+  std::optional<double> misfit;  ///< expected misfit (studies/evaluation.h): what points rank by
+};
+
 /// Why an experiment gave no value of a response at some parameter point.
 struct ExperimentFailure {
   std::string experiment;
@@ -64,6 +70,7 @@ struct EvaluationResult {
   std::vector<ResponseResult> responses;     ///< in the order of the targets
   std::optional<double> chi2;                ///< empty unless every response has a value
   std::optional<double> best_chi2;  ///< chi2 of the best point so far (ranked by expected misfit)
+  std::vector<ObjectiveResult> objectives;  ///< as in StudyResults::objectives
   std::vector<RunResult> runs;
 };
 
@@ -98,6 +105,7 @@ struct StudyResults {
   std::uint64_t seed = 0;
 
   std::vector<Parameter> parameters;
+  std::vector<std::string> objectives;  ///< pareto: the experiment behind each; empty: joint
   std::string optimizer;
   std::string optimizer_description;
   std::string backend;
@@ -123,7 +131,7 @@ struct StudyResults {
   int failed = 0;                   ///< no experiment gave a value
   int cached = 0;                   ///< evaluations served from the ledger without a new run
   std::optional<std::size_t> best;  ///< index into history
-  std::vector<std::size_t> pareto;  ///< indices into history; empty for the joint objective
+  std::vector<std::size_t> pareto;  ///< the front (ParetoFront), into history; empty: joint
   std::vector<EvaluationResult> history;
   TransferResult transfer;
   std::vector<ScalingTable> scaling_tables;

@@ -128,7 +128,7 @@ void AddLiquidBridge(const Program& program, PropertyWriter& properties) {
 }  // namespace
 
 int TypeCount(const Program& program) {
-  int types = kParticleType;
+  int types = program.meshes.empty() ? kParticleType : kWallType;
   for (const PlaneWall& wall : program.walls) types = std::max(types, TypeOf(wall));
   return types;
 }

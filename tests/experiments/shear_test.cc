@@ -114,23 +114,26 @@ TEST(Shear, PlatensHoldTheSmallestParticles) {
   const std::set<std::int64_t> glued(program.groups[0].ids.begin(), program.groups[0].ids.end());
   EXPECT_EQ(program.particles.packing->size(), 1000 + glued.size());
   // Nowhere in the layer's plane is there room for a sphere of half the smallest diameter.
+  Packing layers;
+  for (const Sphere& s : *program.particles.packing) {
+    if (glued.contains(s.id)) {
+      layers.push_back(s);
+    } else {
+      EXPECT_GT(s.position[2], s.radius + 0.5 * 29e-6);
+    }
+  }
   const Vector3 lengths = program.domain.Lengths();
   const double hole = 0.25 * program.particles.sizes.Quantile(0);
   double widest = 0;
-  for (int i = 0; i < 200; ++i) {
-    for (int j = 0; j < 200; ++j) {
-      double nearest = 1;
-      for (const Sphere& s : *program.particles.packing) {
-        if (!glued.contains(s.id)) {
-          EXPECT_GT(s.position[2], s.radius + 0.5 * 29e-6);
-          continue;
-        }
-        const double x = std::remainder(s.position[0] - lengths[0] * i / 200, lengths[0]);
-        const double y = std::remainder(s.position[1] - lengths[1] * j / 200, lengths[1]);
-        nearest = std::min(nearest, std::hypot(x, y) - s.radius);
-      }
-      widest = std::max(widest, nearest);
+  constexpr int kGrid = 120;
+  for (int i = 0; i < kGrid * kGrid; ++i) {
+    double nearest = 1;
+    for (const Sphere& s : layers) {
+      const double x = std::remainder(s.position[0] - lengths[0] * (i % kGrid) / kGrid, lengths[0]);
+      const double y = std::remainder(s.position[1] - lengths[1] * (i / kGrid) / kGrid, lengths[1]);
+      nearest = std::min(nearest, std::hypot(x, y) - s.radius);
     }
+    widest = std::max(widest, nearest);
   }
   EXPECT_GT(widest, 0);
   EXPECT_LE(widest, 1.01 * hole);
@@ -332,6 +335,9 @@ TEST(Shear, DriftIsNoSteadyState) {
   EXPECT_THAT(FailureOf([](const std::string& stage, double normal, double strain) {
                 StressPair stress = Coulomb(stage, normal, strain);
                 if (stage == "preshear_1") stress.shear = 100 + 200 * strain;
+                if (stage > "preshear_1" && stage < "q") {
+                  stress.shear = 340 + 200 * (strain + 0.3 * (stage[9] - '2'));
+                }
                 return stress;
               }),
               HasSubstr("no steady state"));

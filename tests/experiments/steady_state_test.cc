@@ -62,36 +62,62 @@ TEST(SeriesMean, ConstantSeriesIsExact) {
   EXPECT_EQ(mean.variance, 0);
 }
 
+std::span<const double> Steady(const std::vector<double>& values) {
+  return std::span<const double>(values).subspan(FindTruncation(values));
+}
+
 TEST(SteadyState, FindsTheEndOfTheBeginning) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-    const SteadyState state = DetectSteadyState(Shearing(0, seed));
-    EXPECT_TRUE(state.found) << "seed " << seed << ", drift " << state.drift;
-    EXPECT_GE(state.start, 80U) << "the first value is off by 20 sds at 0, by 4 at 80";
-    EXPECT_LE(state.start, 750U);
+    const std::vector<double> values = Shearing(0, seed);
+    const std::size_t start = FindTruncation(values);
+    EXPECT_GE(start, 80U) << "the first value is off by 20 sds at 0, by 4 at 80";
+    EXPECT_LE(start, 750U);
   }
 }
 
-TEST(SteadyState, RefusesADrift) {
-  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-    const SteadyState state = DetectSteadyState(Shearing(0.6, seed));
-    EXPECT_FALSE(state.found) << "seed " << seed << ", drift " << state.drift << " ± "
-                              << state.drift_error;
+TEST(SteadyState, TakesNoFluctuationForADrift) {
+  int refused = 0;
+  for (std::uint64_t seed = 1; seed <= 500; ++seed) {
+    if (!MeasureDrift(Steady(Shearing(0, seed))).steady) ++refused;
   }
+  EXPECT_LE(refused, 5) << "of 500; each would be a lost evaluation";
+}
+
+TEST(SteadyState, RefusesADrift) {
+  int refused = 0;
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+    if (!MeasureDrift(Steady(Shearing(1, seed))).steady) ++refused;
+  }
+  EXPECT_GE(refused, 90);
+}
+
+TEST(SteadyState, ErrorOfTheDriftIsThatOfRepeatedDrifts) {
+  double squares = 0;
+  double claimed = 0;
+  constexpr int kRepeats = 300;
+  for (std::uint64_t seed = 1; seed <= kRepeats; ++seed) {
+    std::vector<double> values = Correlated(2000, 0.9, seed);
+    for (double& value : values) value += 100;
+    const Drift drift = MeasureDrift(values);
+    squares += drift.value * drift.value / kRepeats;
+    claimed += drift.error * drift.error / kRepeats;
+  }
+  EXPECT_NEAR(claimed / squares, 1, 0.25);
 }
 
 TEST(SteadyState, ToleratesADriftThatDoesNotMatter) {
   std::vector<double> values;
   for (int i = 0; i < 400; ++i) values.push_back(1 + 0.02 * i / 400.0);
-  const SteadyState state = DetectSteadyState(values);
-  EXPECT_TRUE(state.found);
-  EXPECT_GT(state.drift, 0);
-  EXPECT_FALSE(DetectSteadyState(values, {.tolerance = 0.001}).found);
+  const Drift drift = MeasureDrift(values);
+  EXPECT_TRUE(drift.steady);
+  EXPECT_NEAR(drift.value, 0.01 / 1.01, 1e-4);
+  EXPECT_FALSE(MeasureDrift(values, {.tolerance = 0.001}).steady);
 }
 
 TEST(SteadyState, ABeginningBeyondTheFirstHalfIsNoSteadyState) {
   std::vector<double> values(400, 1.0);
   for (std::size_t i = 0; i < 300; ++i) values[i] = static_cast<double>(i) / 300;
-  EXPECT_FALSE(DetectSteadyState(values).found);
+  EXPECT_FALSE(MeasureDrift(Steady(values)).steady);
 }
 
 }  // namespace

@@ -103,7 +103,8 @@ TEST(HtmlReportTest, BannerWhereNothingWasSimulated) {
 
 TEST(HtmlReportTest, EveryFigureHasItsPlaceAndItsSpecification) {
   for (const StudyResults& results :
-       {QuickstartSample(), TableSample(), FailedSample(), JointSample(), LineSample()}) {
+       {QuickstartSample(), TableSample(), FailedSample(), JointSample(), LineSample(),
+        ParetoSample(), ParetoSample(3)}) {
     const std::string html = HtmlReport(results);
     const nlohmann::json specs = Specs(html);
     EXPECT_EQ(static_cast<int>(specs.size()), Count(html, "<div class=\"plot\"></div>"));
@@ -115,9 +116,25 @@ TEST(HtmlReportTest, EveryFigureHasItsPlaceAndItsSpecification) {
   EXPECT_THAT(HtmlReport(JointSample()), HasSubstr("<select id=\"pair\"><option value=\"0\">"));
 }
 
+TEST(HtmlReportTest, SeveralObjectivesHaveASectionOfTheirOwn) {
+  const StudyResults results = ParetoSample();
+  const std::string markup = Markup(HtmlReport(results));
+  const std::size_t begin = markup.find("<h2>What fits together</h2>");
+  ASSERT_NE(begin, std::string::npos);
+  const std::string section = markup.substr(begin, markup.find("<h2>", begin + 1) - begin);
+  EXPECT_THAT(section, HasSubstr("Where shear fits best (evaluation"));
+  EXPECT_THAT(section, HasSubstr("misfit<br><span class=\"small muted\">shear</span>"));
+  EXPECT_EQ(Count(section, "<tr><td") + Count(section, "<tr class=\"best\"><td"),
+            static_cast<int>(results.pareto.size()));
+  EXPECT_EQ(Count(section, "★ best"), 1);
+  EXPECT_THAT(section, HasSubstr("data-figure=\"pareto\""));
+  EXPECT_THAT(HtmlReport(JointSample()), Not(HasSubstr("What fits together")));
+}
+
 TEST(HtmlReportTest, ElementsAreBalanced) {
-  for (const StudyResults& results : {QuickstartSample(), TableSample(), FailedSample(),
-                                      JointSample(), LineSample(), StudyResults{}}) {
+  for (const StudyResults& results :
+       {QuickstartSample(), TableSample(), FailedSample(), JointSample(), LineSample(),
+        ParetoSample(), ParetoSample(3), StudyResults{}}) {
     EXPECT_THAT(Unbalanced(Markup(HtmlReport(results))), testing::IsEmpty());
   }
 }
@@ -138,7 +155,8 @@ TEST(HtmlReportTest, LoadsNothing) {
 
 TEST(HtmlReportTest, NamesCannotBecomeMarkup) {
   const std::string evil = "</script><script>alert(1)</script><img src=x onerror=alert(2)>";
-  StudyResults results = JointSample();
+  StudyResults results = ParetoSample();
+  results.objectives = {evil, evil};
   for (std::string* text :
        {&results.study, &results.description, &results.powder, &results.fingerprint,
         &results.program_version, &results.optimizer, &results.optimizer_description,
@@ -170,7 +188,7 @@ TEST(HtmlReportTest, NamesCannotBecomeMarkup) {
   EXPECT_EQ(Count(html, "<script>alert"), 0);
   EXPECT_EQ(Count(Markup(html), "<img"), 0);
   EXPECT_EQ(Count(html, "<script"), Count(html, "</script>"));
-  EXPECT_EQ(Count(html, "<script"), Count(HtmlReport(JointSample()), "<script"));
+  EXPECT_EQ(Count(html, "<script"), Count(HtmlReport(ParetoSample()), "<script"));
   EXPECT_FALSE(Specs(html).empty());
 }
 

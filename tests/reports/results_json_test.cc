@@ -91,12 +91,28 @@ TEST(ResultsJsonTest, WithoutABestThereIsNull) {
 }
 
 TEST(ResultsJsonTest, ParetoPointsAreWrittenOut) {
-  StudyResults results = JointSample();
-  results.pareto = {3, 9};
-  const json pareto = ResultsToJson(results).at("pareto");
-  ASSERT_EQ(pareto.size(), 2u);
-  EXPECT_EQ(pareto[1].at("evaluation"), 9);
-  EXPECT_EQ(pareto[1].at("responses").size(), 3u);
+  const StudyResults results = ParetoSample();
+  const json root = ResultsToJson(results);
+  EXPECT_EQ(root.at("study").at("objective"), "pareto");
+  ASSERT_EQ(root.at("pareto").size(), results.pareto.size());
+  for (std::size_t i = 0; i < results.pareto.size(); ++i) {
+    const EvaluationResult& evaluation = results.history[results.pareto[i]];
+    const json& point = root.at("pareto")[i];
+    EXPECT_EQ(point.at("evaluation"), evaluation.id);
+    EXPECT_EQ(point.at("responses").size(), 3u);
+    ASSERT_EQ(point.at("objectives").size(), 2u);
+    EXPECT_EQ(point.at("objectives").at("shear").at("chi2"), *evaluation.objectives[1].chi2);
+    EXPECT_EQ(point.at("objectives").at("shear").at("misfit"), *evaluation.objectives[1].misfit);
+  }
+  EXPECT_TRUE(root.at("history")[5].at("objectives").at("shear").at("chi2").is_null());
+}
+
+TEST(ResultsJsonTest, AJointStudyHasNoObjectives) {
+  const json root = ResultsToJson(JointSample());
+  EXPECT_EQ(root.at("study").at("objective"), "joint");
+  EXPECT_TRUE(root.at("pareto").empty());
+  EXPECT_FALSE(root.at("best").contains("objectives"));
+  EXPECT_FALSE(root.at("history")[0].contains("objectives"));
 }
 
 TEST(ResultsJsonTest, TextIsAlwaysValidJson) {

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "optimizers/pareto.h"
+
 namespace powdercal {
 namespace {
 
@@ -300,6 +302,35 @@ StudyResults TransferSample() {
                              .reason = "ok",
                              .wall_seconds = 20});
   }
+  return results;
+}
+
+StudyResults ParetoSample(int objectives) {
+  StudyResults results = JointSample();
+  results.study = "hastelloy-x-pareto";
+  results.objectives = {"consolidation", "shear", "spreading"};
+  results.objectives.resize(static_cast<std::size_t>(objectives));
+  Eigen::MatrixXd misfits(static_cast<Eigen::Index>(results.history.size()), objectives);
+  for (std::size_t i = 0; i < results.history.size(); ++i) {
+    EvaluationResult& evaluation = results.history[i];
+    if (objectives == 3) evaluation.responses[2].name = "spreading.stress_5kPa";
+    evaluation.objectives.resize(results.objectives.size());
+    for (std::size_t o = 0; o < results.objectives.size(); ++o) {
+      ObjectiveResult& objective = evaluation.objectives[o];
+      for (const ResponseResult& response : evaluation.responses) {
+        if (!response.simulated || !response.name.starts_with(results.objectives[o])) continue;
+        const double z = (*response.simulated - response.observed) / response.sd;
+        objective.chi2 = objective.chi2.value_or(0) + z * z / 1.05;
+        objective.misfit = objective.misfit.value_or(0) + z * z + 0.05;
+      }
+      misfits(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(o)) =
+          objective.misfit.value_or(std::numeric_limits<double>::quiet_NaN());
+    }
+  }
+  results.pareto = NonDominated(misfits);
+  Eigen::Index best = 0;
+  misfits.rowwise().sum().array().isNaN().select(1e300, misfits.rowwise().sum()).minCoeff(&best);
+  results.best = static_cast<std::size_t>(best);
   return results;
 }
 

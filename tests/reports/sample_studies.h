@@ -18,6 +18,10 @@ StudyResults JointSample();
 /// shear alone; its best point was evaluated on spreading, of which one response is far off, one
 /// agrees and one was not observed, and on repose, which failed.
 StudyResults TransferSample();
+/// The joint sample with an objective for each experiment, of which shear is off by a constant:
+/// what fits one does not fit the other. `objectives` = 3: the second stress is of a third
+/// experiment.
+StudyResults ParetoSample(int objectives = 2);
 /// One parameter, one response.
 StudyResults LineSample();
 

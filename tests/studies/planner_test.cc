@@ -46,6 +46,45 @@ TEST(Planner, RefusesWhatTheBackendCannotRun) {
   EXPECT_THAT(Planner(study).ExplainUnsupported(), HasSubstr("shear_update"));
 }
 
+// The quickstart study with a shear test instead.
+std::string ShearStudy(const std::string& law) {
+  const std::string text = ReadFile(LibraryStudy("quickstart"));
+  const std::size_t begin = text.find("contact_law:");
+  const std::size_t experiments = text.find("experiments:");
+  const std::size_t end = text.find("objective:");
+  return text.substr(0, begin) + "contact_law: " + law +
+         text.substr(text.find("\n", begin), experiments - text.find("\n", begin)) +
+         "experiments:\n  - shear: {preshear: 9 kPa, observed: {steady_state_friction: {value: "
+         "0.5, sd: 0.02}}}\n" +
+         text.substr(end);
+}
+
+TEST(Planner, AnExperimentCanRefuseThePowder) {
+  const Study good = Study::Parse(ShearStudy("{cohesion: sjkr2, rolling: epsd2}"), "s.yaml", {});
+  EXPECT_EQ(Planner(good).ExplainUnsupported(), "");
+  EXPECT_THAT(Planner(good).Warnings(), ::testing::IsEmpty());
+  const Study bad = Study::Parse(
+      ShearStudy("{tangential: no_history, cohesion: sjkr2, rolling: epsd2}"), "s.yaml", {});
+  EXPECT_THAT(Planner(bad).ExplainUnsupported(), HasSubstr("shear: tangential: no_history"));
+}
+
+TEST(Planner, WarnsAtTheLargestRollingFriction) {
+  const Study study = Study::Parse(ShearStudy("{cohesion: sjkr2, rolling: cdt}"), "s.yaml", {});
+  EXPECT_THAT(Planner(study).Warnings(),
+              ::testing::ElementsAre(HasSubstr("rolling_friction 0.7, chi")));
+}
+
+TEST(Planner, SimulationHasTheExperimentsOwnRate) {
+  const Study study = Study::Parse(ShearStudy("{cohesion: sjkr2, rolling: epsd2}"), "s.yaml", {});
+  const auto tables = Planner(study).ScalingTables({47500, 0.5});
+  const auto& groups = tables.at(0).groups;
+  const auto rate = std::find_if(groups.begin(), groups.end(),
+                                 [](const GroupComparison& group) { return group.symbol == "I"; });
+  ASSERT_NE(rate, groups.end());
+  EXPECT_NEAR(*rate->simulation, 4e-3, 1e-12);
+  EXPECT_FALSE(rate->experiment);
+}
+
 TEST(Planner, ScalingTableShowsWhatTheSoftSimulationBreaks) {
   const Study study = Study::Load("quickstart");
   const auto tables = Planner(study).ScalingTables({0}, {47500, 0.5});
