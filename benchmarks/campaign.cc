@@ -73,7 +73,7 @@ std::vector<Sample> RunCampaign(std::span<const Case> cases, const CampaignOptio
                     [&setting, &options, seed, parameters = cases[job / seeds].parameters,
                      work = folder / std::to_string(job)](std::stop_token stop) {
                       const PlannedRun run =
-                          setting.planner->PlanOne(setting.experiment, parameters, 0, seed);
+                          setting.planner->PlanExperiment(setting.experiment, parameters, 0, seed);
                       return setting.planner->Execute(
                           run, {.work_folder = work,
                                 .time_limit = std::chrono::duration<double>(options.time_limit),

@@ -61,7 +61,41 @@ std::vector<Sweep> SweepsOf(const std::string& experiment) {
   std::vector<Sweep> sweeps = {
       VaryStudy("time step [Rayleigh times]", "numerics.rayleigh_fraction", {"0.1", "0.2", "0.4"})};
   const auto add = [&](Sweep sweep) { sweeps.push_back(std::move(sweep)); };
-  // SWEEPS
+  if (experiment == "consolidation") {
+    add(Vary("fidelity", "fidelity", {"quick", "standard"}));
+    add(Vary("initial solid fraction", "initial_solid_fraction", {"0.20", "0.30", "0.34"}));
+    add(Vary("initial velocity", "initial_velocity", {"0 m/s", "0.1 m/s", "0.3 m/s"}));
+    add(VaryStudy("limit_force", "contact_law.limit_force", {"false", "true"}));
+    add(VaryStudy("torsion", "contact_law.torsion", {"true", "false"}));
+    add(VaryStudy("rolling", "contact_law.rolling", {"epsd2", "cdt"}));
+    add(VaryStudy("tangential", "contact_law.tangential", {"history", "no_history"}));
+  } else if (experiment == "shear") {
+    // `standard` has more particles, and a slower and longer preshear, which are put back here.
+    add({"particles",
+         {{"1000", {{"{EXPERIMENT}.fidelity", "quick"}}},
+          {"3000",
+           {{"{EXPERIMENT}.fidelity", "standard"},
+            {"{EXPERIMENT}.inertial_number", "0.004"},
+            {"{EXPERIMENT}.preshear_strain", "2.4"}}}}});
+    add(Vary("inertial number", "inertial_number", {"0.002", "0.004", "0.008"}));
+    add(Vary("preshear strain", "preshear_strain", {"2.4", "4"}));
+    add(Vary("yield strain", "yield_strain", {"0.05", "0.1", "0.2"}));
+    add(Vary("presheared states", "repeats", {"3", "5", "9"}));
+    add(Vary("cell", "cell", {"periodic", "platens"}));
+  } else if (experiment == "spreading") {
+    add(Vary("gap", "gap", {"60 um", "80 um", "120 um"}));
+    add(Vary("sweep", "sweep", {"1.04 mm", "2 mm"}));
+    add(Vary("width", "width", {"120 um", "174 um", "290 um"}));
+    add(Vary("powder surplus", "powder_surplus", {"0.9", "1.1", "1.5"}));
+    add(Vary("start margin [gaps]", "start_margin", {"1.5", "3", "4.5"}));
+    add(Vary("density cell [d]", "density_cell", {"2", "3", "5"}));
+    add(Vary("blade speed", "blade_speed", {"12.5 mm/s", "25 mm/s", "50 mm/s"}));
+    add(Vary("plate", "plate", {"rough", "smooth"}));
+  } else if (experiment == "angle_of_repose") {
+    add(Vary("fidelity", "fidelity", {"quick", "standard"}));
+    add(Vary("bed aspect", "bed_aspect", {"0.6", "0.8", "1"}));
+    add(Vary("flow time", "flow_time", {"30 ms", "65 ms", "100 ms"}));
+  }
   return sweeps;
 }
 
