@@ -76,7 +76,7 @@ TEST(Planner, WarnsAtTheLargestRollingFriction) {
 
 TEST(Planner, SimulationHasTheExperimentsOwnRate) {
   const Study study = Study::Parse(ShearStudy("{cohesion: sjkr2, rolling: epsd2}"), "s.yaml", {});
-  const auto tables = Planner(study).ScalingTables({47500, 0.5});
+  const auto tables = Planner(study).ScalingTables({0}, {47500, 0.5});
   const auto& groups = tables.at(0).groups;
   const auto rate = std::find_if(groups.begin(), groups.end(),
                                  [](const GroupComparison& group) { return group.symbol == "I"; });
