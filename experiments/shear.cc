@@ -21,6 +21,9 @@ constexpr double kAgreement = 0.05;  // of stresses that must be equal in steady
 constexpr double kMatch = 0.01;      // of normal stresses of study and file
 constexpr double kChiLimit = 0.05;
 constexpr std::size_t kFewestSamples = 40;
+// Strain that counts as one independent sample of stress or density, as long runs show; a run of a
+// strain or two sees less of it.
+constexpr double kMemoryStrain = 0.3;
 
 struct Size {
   int count = 0;
@@ -534,14 +537,16 @@ Measurement Shear::Measure(const Program& program, const Trace& trace, Outcome* 
   const std::vector<double> voids = Values(record.preshear, VoidRatioOf);
   const std::size_t start = std::max(FindTruncation(shears), FindTruncation(voids));
   const Steady steady = MeasureSteady(std::span<const ShearSample>(record.preshear).subspan(start));
-  const Drift shear_drift = MeasureDrift(std::span<const double>(shears).subspan(start));
-  const Drift void_drift = MeasureDrift(std::span<const double>(voids).subspan(start));
   const double strain = record.preshear.back().strain;
+  const double samples_per_strain = static_cast<double>(record.preshear.size()) / strain;
+  const DriftOptions options{.memory = kMemoryStrain * samples_per_strain};
+  const Drift shear_drift = MeasureDrift(std::span<const double>(shears).subspan(start), options);
+  const Drift void_drift = MeasureDrift(std::span<const double>(voids).subspan(start), options);
   notes["steady_state_strain"] = record.preshear[start].strain;
   notes["shear_drift"] = shear_drift.value;
   notes["void_ratio_drift"] = void_drift.value;
-  notes["memory_strain"] = MeanOf(Values(steady.samples, ShearOf)).inefficiency * strain /
-                           static_cast<double>(record.preshear.size());
+  notes["memory_strain"] =
+      MeanOf(Values(steady.samples, ShearOf)).inefficiency / samples_per_strain;
   for (const auto& [what, drift] :
        {std::pair{"shear stress", shear_drift}, {"void ratio", void_drift}}) {
     if (drift.steady) continue;

@@ -74,7 +74,9 @@ Drift MeasureDrift(std::span<const double> values, const DriftOptions& options) 
   const double slope = product / spread;  // over the whole length
   std::vector<double> residuals(values.begin(), values.end());
   for (std::size_t i = 0; i < values.size(); ++i) residuals[i] -= slope * place(i);
-  const double error = std::sqrt(MeanOf(residuals).variance * n / spread);
+  const SeriesMean noise = MeanOf(residuals);
+  const double longer = std::max(1.0, options.memory / noise.inefficiency);
+  const double error = std::sqrt(longer * noise.variance * n / spread);
   Drift drift;
   drift.value = mean != 0 ? 0.5 * slope / mean : 0;
   drift.error = mean != 0 ? 0.5 * error / std::abs(mean) : 0;

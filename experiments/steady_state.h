@@ -28,6 +28,7 @@ std::size_t FindTruncation(std::span<const double> values);
 struct DriftOptions {
   double significance = 4;  ///< [-] standard errors that a drift must exceed
   double tolerance = 0.05;  ///< [-] of the mean: a smaller drift does not matter
+  double memory = 1;        ///< [samples] as many as count as one independent sample, at least
 };
 
 struct Drift {

@@ -13,7 +13,6 @@
 #include "backends/liggghts/deck_text.h"
 #include "backends/liggghts/stage_states.h"
 #include "backends/particle_summary.h"
-#include "scaling/groups.h"
 
 namespace powdercal::liggghts {
 namespace {
@@ -43,6 +42,7 @@ class DeckWriter {
     bodies_.DefineGroups();
     Simulation();
     Add("variable n equal atoms\nvariable start_n equal ${{n}}\nvariable now equal 0");
+    Add("variable shift equal 0\nvariable clock equal 0");
     Thermo();
     Add("print \"PC START n=${{start_n}}\"");
     for (stage_ = 0; stage_ < program_.stages.size(); ++stage_) {
@@ -124,9 +124,10 @@ class DeckWriter {
     Add("run {} pre yes post no", steps);
     ran_ = true;
     Freeze("now", "step");
+    Freeze("clock", "${now}+${shift}");
     Freeze("energy", "c_ke+c_kr");
     Freeze("coordination", "c_z");
-    Add("print \"PC CHECK stage={} step=${{now}} ke=${{energy}}\"", stage_);
+    Add("print \"PC CHECK stage={} step=${{clock}} ke=${{energy}}\"", stage_);
   }
 
   // After a run: values as of its end.
@@ -140,7 +141,7 @@ class DeckWriter {
     Freeze("end_n", "v_n");
     Add("write_dump all custom {} {} modify {}", DumpFile(program_, stage_), kDumpColumns,
         kDumpFormat);
-    Add("print \"PC END stage={} step=${{now}} n=${{end_n}} ke=${{energy}} "
+    Add("print \"PC END stage={} step=${{clock}} n=${{end_n}} ke=${{energy}} "
         "z=${{coordination}}{}{}\"",
         stage_, servo, more);
   }
@@ -230,33 +231,32 @@ class DeckWriter {
   void Write(const Save& save) {
     saved_[save.name] = {bodies_.state(), stress_, stage_};
     Add("write_restart {}", RestartFile(stage_));
+    Add("variable step_{} equal ${{now}}", stage_);
     if (bodies_.lid_placed()) Add("variable z0_{} equal ${{z0}}", stage_);
   }
 
-  // The clock goes on: fixes and files that count steps never meet a step twice. Variables survive
-  // `clear`.
+  // Variables survive `clear`. LIGGGHTS' count of steps goes back with the state.
   void Write(const Restore& restore) {
     const Saved& saved = saved_.at(restore.name);
     bodies_.SetState(saved.bodies);
     stress_ = saved.stress;
     ++segment_;
     Add("clear");
-    Header(fmt::format("read_restart {}\nreset_timestep ${{now}}", RestartFile(saved.stage)));
+    Header(fmt::format("read_restart {}", RestartFile(saved.stage)));
+    Freeze("now", fmt::format("${{step_{}}}", saved.stage));
+    Freeze("shift", "${clock}-${now}");
     if (bodies_.lid_placed()) Add("variable z0 equal ${{z0_{}}}", saved.stage);
     Simulation();
     Thermo();
+    Add("print \"PC RESTORE segment={} shift=${{shift}}\"", segment_);
   }
 
   void Write(const Remove& remove) { bodies_.Remove(remove.body); }
 
   // Elastic energy of the bed under the servo's stress, per unit of its height [J/m]: stress times
-  // area over kappa, which is the reciprocal of a relative overlap.
+  // area over kappa.
   double ElasticEnergyPerHeight() const {
-    const Materials& m = program_.materials;
-    const double kappa = program_.law.normal == ContactLaw::Normal::linear
-                             ? m.linear.normal / (stress_ * particles_.mean_diameter)
-                             : StiffnessNumber(m.young_modulus, m.poisson_ratio, stress_);
-    return stress_ * program_.domain.BaseArea() / kappa;
+    return stress_ * program_.domain.BaseArea() / StiffnessUnder(program_, stress_);
   }
 
   // Where the bed stands [m].

@@ -30,6 +30,7 @@ inline constexpr int kSlabSteps = 20;
 // program, through Restores.
 //   START n               particles, before the first step
 //   CHECK stage step ke   after each run
+//   RESTORE segment shift what to add to the steps in the files that follow
 //   END stage step n ke z, from the servo on h, rise; of Hold also p, velocity, change, quiet, rest
 // `ke` kinetic energy of the free particles [J], `z` their coordination number, `h` the servo's
 // lowest point [m] and `rise` its way from where it was put, `p` its mean stress over the last

@@ -83,6 +83,7 @@ void DeckBodies::Place(int segment) {
     text_.Add("fix mesh_{} all mesh/surface/stress file {} type {}", i, MeshFile(i), kWallType);
   }
   if (lid_) WriteLid();
+  if (lid_changed_) WriteIntegral();
   PlaceMeshWalls(false);
   for (std::size_t i = 0; i < program_.meshes.size(); ++i) {
     const Mesh& mesh = program_.meshes[i];
@@ -155,11 +156,21 @@ void DeckBodies::RecordLid() {
 
 void DeckBodies::ChangeLid(const Servo& servo) {
   lid_ = servo;
-  const double speed = ServoSpeed(program_, servo);
-  const double limit = std::max(servo.max_velocity, speed);
+  lid_changed_ = true;
+  const double limit = std::max(servo.max_velocity, ServoSpeed(program_, servo));
   text_.Add("fix_modify lid servo/target_val {}", servo.stress * program_.domain.BaseArea());
   text_.Add("fix_modify lid servo/vel_max {}", limit);
-  text_.Add("fix_modify lid servo/ctrlParam {} 0 0", speed / limit);
+  WriteIntegral();
+}
+
+// The time of the integral is ten times what the bed takes to answer, whose stress grows by about
+// 1.5 kappa sigma per strain: 10 h/(1.5 kappa P).
+void DeckBodies::WriteIntegral() {
+  const double speed = ServoSpeed(program_, *lid_);
+  const double kp = speed / std::max(lid_->max_velocity, speed);
+  const double rate = 0.15 * StiffnessUnder(program_, lid_->stress) * speed;
+  text_.Freeze("integral", fmt::format("{}/(f_lid[9]-({}))", kp * rate, program_.domain.lower[2]));
+  text_.Add("fix_modify lid servo/ctrlParam {} ${{integral}} 0", kp);
 }
 
 void DeckBodies::Remove(const std::string& body) {
@@ -220,6 +231,7 @@ void DeckBodies::RecordSlab() {
 void DeckBodies::SetState(const State& state) {
   removed_ = state.removed;
   lid_ = state.lid;
+  lid_changed_ = state.lid_changed;
 }
 
 }  // namespace powdercal::liggghts

@@ -26,27 +26,22 @@ void ReadSpheres(std::istream& stream, Frame& frame) {
   }
 }
 
-int Segments(const Program& program) {
-  const auto restores =
-      std::count_if(program.stages.begin(), program.stages.end(),
-                    [](const Stage& stage) { return std::holds_alternative<Restore>(stage); });
-  return static_cast<int>(restores) + 1;
-}
-
 // Rows of `fix ave/time`, step and `columns` means, of all segments; a segment without the file has
 // none.
-std::vector<std::vector<double>> ReadTable(const Program& program,
-                                           const std::filesystem::path& folder,
+std::vector<std::vector<double>> ReadTable(const std::filesystem::path& folder,
+                                           const std::vector<double>& shifts,
                                            const std::string& tag, std::size_t columns) {
   std::vector<std::vector<double>> rows;
-  for (int segment = 0; segment < Segments(program); ++segment) {
-    std::ifstream stream(folder / SeriesFile(segment, tag));
+  for (std::size_t segment = 0; segment < shifts.size(); ++segment) {
+    std::ifstream stream(folder / SeriesFile(static_cast<int>(segment), tag));
     for (std::string line; std::getline(stream, line);) {
       if (line.empty() || line[0] == '#') continue;
       std::istringstream words(line);
       std::vector<double> row;
       for (double value = 0; words >> value;) row.push_back(value);
-      if (row.size() == columns + 1) rows.push_back(std::move(row));
+      if (row.size() != columns + 1) continue;
+      row[0] += shifts[segment];
+      rows.push_back(std::move(row));
     }
   }
   return rows;
@@ -90,6 +85,14 @@ const Record* EndOf(const std::vector<Record>& records, std::size_t stage) {
   return found == records.end() ? nullptr : &*found;
 }
 
+std::vector<double> ShiftsOf(const std::vector<Record>& records) {
+  std::vector<double> shifts = {0};
+  for (const Record& record : records) {
+    if (record.kind == "RESTORE") shifts.push_back(Value(record, "shift"));
+  }
+  return shifts;
+}
+
 std::vector<Frame> ReadDump(const std::filesystem::path& file) {
   std::ifstream stream(file);
   if (!stream) throw std::runtime_error(fmt::format("no file {}", file.filename().string()));
@@ -111,11 +114,12 @@ std::vector<Frame> ReadDump(const std::filesystem::path& file) {
   return frames;
 }
 
-std::vector<WallSeries> ReadForces(const Program& program, const std::filesystem::path& folder) {
+std::vector<WallSeries> ReadForces(const Program& program, const std::filesystem::path& folder,
+                                   const std::vector<double>& shifts) {
   std::vector<WallSeries> all;
   const auto read = [&](const std::string& body, const std::string& tag, bool height) {
     WallSeries series{.wall = body};
-    for (const std::vector<double>& row : ReadTable(program, folder, tag, height ? 4 : 3)) {
+    for (const std::vector<double>& row : ReadTable(folder, shifts, tag, height ? 4 : 3)) {
       series.time.push_back(row[0] * program.time_step);
       series.force.push_back({row[1], row[2], row[3]});
       series.normal_force.push_back(row[3]);
@@ -137,13 +141,14 @@ std::vector<WallSeries> ReadForces(const Program& program, const std::filesystem
 
 // Columns xx yy zz xy xz yz of LIGGGHTS' stress times volume, tensile, with the motion in the frame
 // at rest; then mass and momentum.
-SlabSeries ReadSlab(const Program& program, const std::filesystem::path& folder) {
+SlabSeries ReadSlab(const Program& program, const std::filesystem::path& folder,
+                    const std::vector<double>& shifts) {
   SlabSeries slab;
   if (!program.stress_slab) return slab;
   const auto [bottom, top] = *program.stress_slab;
   const double volume = (top - bottom) * program.domain.BaseArea();
   constexpr std::size_t kColumn[3][3] = {{1, 4, 5}, {4, 2, 6}, {5, 6, 3}};
-  for (const std::vector<double>& row : ReadTable(program, folder, "slab", 10)) {
+  for (const std::vector<double>& row : ReadTable(folder, shifts, "slab", 10)) {
     const double mass = row[7];
     std::array<Vector3, 3> stress{};
     for (std::size_t a = 0; a < 3; ++a) {

@@ -24,10 +24,14 @@ double Value(const Record& record, const std::string& key);
 /// The record END of a stage; null if the run did not come that far.
 const Record* EndOf(const std::vector<Record>& records, std::size_t stage);
 
+/// What to add to the steps in the files of each segment, to have them count from the beginning of
+/// the program; segments that were not reached are missing.
+std::vector<double> ShiftsOf(const std::vector<Record>& records);
+
 /// One packing of a dump, with positions as LIGGGHTS has them: beyond periodic sides by as much as
 /// a particle moves between two sortings.
 struct Frame {
-  std::int64_t step = 0;
+  std::int64_t step = 0;  ///< as LIGGGHTS counts, back with each Restore
   std::size_t particle_count = 0;
   Packing packing;  ///< sorted by id
 };
@@ -37,8 +41,10 @@ std::vector<Frame> ReadDump(const std::filesystem::path& file);
 
 /// Forces on the servo's wall, then on meshes and glued groups, in the order of the program;
 /// through all segments. Heights are filled in of the servo's wall only.
-std::vector<WallSeries> ReadForces(const Program& program, const std::filesystem::path& folder);
+std::vector<WallSeries> ReadForces(const Program& program, const std::filesystem::path& folder,
+                                   const std::vector<double>& shifts);
 /// Program::stress_slab, through all segments; empty without one.
-SlabSeries ReadSlab(const Program& program, const std::filesystem::path& folder);
+SlabSeries ReadSlab(const Program& program, const std::filesystem::path& folder,
+                    const std::vector<double>& shifts);
 
 }  // namespace powdercal::liggghts

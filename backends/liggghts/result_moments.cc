@@ -65,16 +65,22 @@ class MomentReader {
       : program_(program),
         folder_(folder),
         trace_(trace),
+        shifts_(ShiftsOf(records)),
         ends_(EndsOf(program, records)),
         states_(StatesOf(program, ends_)) {}
 
   void Read(std::size_t stage, const Record& end) {
     stage_ = stage;
+    const std::size_t restores = static_cast<std::size_t>(
+        std::count_if(program_.stages.begin(), program_.stages.begin() + static_cast<long>(stage),
+                      [](const Stage& s) { return std::holds_alternative<Restore>(s); }));
+    shift_ = shifts_.at(restores);
     from_ = states_[stage].begin;
     const auto* advance = std::get_if<Advance>(&program_.stages[stage]);
     if (advance != nullptr && advance->packing_every > 0) {
       for (Frame& frame : ReadDump(folder_ / FramesFile(program_, stage))) {
-        if (static_cast<double>(frame.step) < Value(end, "step")) Append(std::move(frame), end);
+        if (static_cast<double>(frame.step) + shift_ < Value(end, "step"))
+          Append(std::move(frame), end);
       }
     }
     std::vector<Frame> frames = ReadDump(folder_ / DumpFile(program_, stage));
@@ -100,7 +106,7 @@ class MomentReader {
   void Append(Frame frame, const Record& end) {
     Tidy(program_.domain, frame.packing);
     lost_ = std::max(lost_, CountLost(program_.domain, frame.packing));
-    const double step = static_cast<double>(frame.step);
+    const double step = static_cast<double>(frame.step) + shift_;
     trace_.moments.push_back({.name = MomentName(program_.stages[stage_]),
                               .time = step * program_.time_step,
                               .packing = std::move(frame.packing),
@@ -185,10 +191,12 @@ class MomentReader {
   const Program& program_;
   const std::filesystem::path& folder_;
   Trace& trace_;
+  const std::vector<double> shifts_;
   const std::vector<double> ends_;
   const std::vector<StageState> states_;
   std::size_t stage_ = 0;
-  double from_ = 0;  // [steps] the moment before, within the stage
+  double shift_ = 0;  // [steps] of the stage's files
+  double from_ = 0;   // [steps] the moment before, within the stage
   int lost_ = 0;
 };
 
@@ -196,8 +204,8 @@ class MomentReader {
 
 int ReadMoments(const Program& program, const std::filesystem::path& folder,
                 const std::vector<Record>& records, Trace& trace) {
-  trace.series = ReadForces(program, folder);
-  trace.slab = ReadSlab(program, folder);
+  trace.series = ReadForces(program, folder, ShiftsOf(records));
+  trace.slab = ReadSlab(program, folder, ShiftsOf(records));
   MomentReader reader(program, folder, records, trace);
   reader.FillHeights();
   for (std::size_t i = 0; i < program.stages.size(); ++i) {

@@ -91,6 +91,13 @@ TEST(SteadyState, RefusesADrift) {
   EXPECT_GE(refused, 90);
 }
 
+TEST(SteadyState, AKnownMemoryWidensTheError) {
+  const std::vector<double> values = Shearing(0, 1);
+  const double plain = MeasureDrift(Steady(values)).error;
+  EXPECT_EQ(MeasureDrift(Steady(values), {.memory = 2}).error, plain) << "it is longer already";
+  EXPECT_GT(MeasureDrift(Steady(values), {.memory = 300}).error, 1.5 * plain);
+}
+
 TEST(SteadyState, ErrorOfTheDriftIsThatOfRepeatedDrifts) {
   double squares = 0;
   double claimed = 0;
