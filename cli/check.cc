@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -19,6 +20,7 @@ using nlohmann::json;
 
 // What would stop `run`, or "".
 std::string ExplainBlocked(Study& study, const Planner& planner,
+                           const std::vector<std::size_t>& evaluate_also,
                            const std::filesystem::path& folder) {
   const Availability& availability = planner.availability();
   if (!availability.available) {
@@ -26,25 +28,62 @@ std::string ExplainBlocked(Study& study, const Planner& planner,
                        availability.why_not);
   }
   if (const std::string reason = planner.ExplainUnsupported(); !reason.empty()) return reason;
+  if (const std::string reason = planner.ExplainUnsupported(evaluate_also); !reason.empty()) {
+    return reason;
+  }
   return RunDirectory::Explain(folder, study.Fingerprint());
 }
 
-std::string DescribeProgram(const Program& program) {
+std::string DescribeProgram(const Study& study, const Planner::ExperimentCost& cost,
+                            const Program& program) {
   const Materials& m = program.materials;
-  const double rayleigh = RayleighTime(program.particles.sizes.Quantile(0) / 2, m.density,
-                                       m.young_modulus, m.poisson_ratio);
+  const double rayleigh =
+      RayleighTime(study.powder.sizes.Quantile(0) / 2, m.density, m.young_modulus, m.poisson_ratio);
   return fmt::format(
-      "  {}: {} particles, cell {} wide, E = {}, time step {} ({:.2g} of the Rayleigh time)\n"
+      "  {}{}: {} particles ({}), cell {} wide, E = {}, time step {} ({:.2g} of the Rayleigh "
+      "time)\n"
       "    law: {}\n",
-      program.experiment, program.particles.count, HumanQuantity(program.domain.Lengths()[0], "m"),
-      HumanQuantity(m.young_modulus, "Pa"), HumanQuantity(program.time_step, "s", 3),
-      program.time_step / rayleigh, program.law.ToString());
+      program.experiment, study.experiments[cost.experiment].calibrate ? "" : ", not calibrated",
+      cost.particles, FidelityNames()[static_cast<std::size_t>(program.fidelity)],
+      HumanQuantity(program.domain.Lengths()[0], "m"), HumanQuantity(m.young_modulus, "Pa"),
+      HumanQuantity(program.time_step, "s", 3), program.time_step / rayleigh,
+      program.law.ToString());
 }
 
-void PrintText(Study& study, const Planner& planner, const std::string& blocked) {
+std::vector<std::size_t> ExperimentsOf(const Planner::Cost& cost) {
+  std::vector<std::size_t> experiments;
+  for (const Planner::ExperimentCost& one : cost.experiments) {
+    experiments.push_back(one.experiment);
+  }
+  return experiments;
+}
+
+void PrintCost(const Study& study, const Planner::Cost& cost) {
+  const bool simulates = study.backend.backend->simulates();
+  Print("\n# cost (right within a factor of about 2)\n");
+  for (const Planner::ExperimentCost& one : cost.experiments) {
+    Print("  {}: {} runs", study.experiments[one.experiment].name(), one.runs);
+    if (simulates) Print(", {:.2g} steps and {} each", one.steps, DurationText(one.seconds));
+    Print("\n");
+  }
+  if (simulates) {
+    Print("  {} runs, {} in all with {} at a time\n", cost.runs, DurationText(cost.seconds),
+          study.parallel());
+  } else {
+    Print("  {}\n", kNoSimulation);
+  }
+}
+
+void PrintText(Study& study, const Planner& planner, const std::vector<std::size_t>& evaluate_also,
+               const std::string& blocked) {
   Print("# resolved study\n{}\n# plan\n", study.ToYaml());
   const std::vector<double> centre = planner.Centre();
-  for (const PlannedRun& run : planner.Plan(centre, 0)) Print("{}", DescribeProgram(run.program));
+  const Planner::Cost cost = planner.EstimateCost(evaluate_also);
+  for (const Planner::ExperimentCost& one : cost.experiments) {
+    if (!planner.ExplainUnplanned(one.experiment).empty()) continue;
+    Print("{}",
+          DescribeProgram(study, one, planner.PlanExperiment(one.experiment, centre, 0).program));
+  }
   const Backend& backend = *study.backend.backend;
   const Availability& availability = planner.availability();
   const std::string how = backend.Describe();
@@ -52,21 +91,13 @@ void PrintText(Study& study, const Planner& planner, const std::string& blocked)
         availability.available ? availability.version : "(absent)",
         how.empty() ? "" : " (" + how + ")", study.optimizer->Describe());
   Print("\n# scaling '{}': {}\n", study.scaling->name(), study.scaling->Describe());
-  if (study.scaling->ExplainUnsupported(planner.Laboratory(0)).empty()) {
-    for (const ScalingTable& table : planner.ScalingTables(centre)) {
-      Print("  {} at {}\n{}", table.experiment, DescribePoint(study.space.parameters, centre),
-            GroupTable(table));
-    }
+  for (const ScalingTable& table : planner.ScalingTables(ExperimentsOf(cost), centre)) {
+    Print("  {} at {}\n{}", table.experiment, DescribePoint(study.space.parameters, centre),
+          GroupTable(table));
   }
-  const Planner::Cost cost = planner.EstimateCost();
-  Print("\n# cost (right within a factor of about 2)\n  {} runs", cost.runs);
-  if (backend.simulates()) {
-    Print(", {:.2g} steps and {} each, {} in all with {} at a time\n", cost.steps_per_run,
-          DurationText(cost.seconds_per_run), DurationText(cost.seconds), study.parallel());
-  } else {
-    Print("; {}\n", kNoSimulation);
-  }
-  for (const std::string& warning : planner.Warnings()) Print("warning: {}\n", warning);
+  PrintCost(study, cost);
+  for (const std::string& warning : planner.Warnings(evaluate_also))
+    Print("warning: {}\n", warning);
   if (blocked.empty()) {
     Print("\nready to run\n");
   } else {
@@ -74,20 +105,39 @@ void PrintText(Study& study, const Planner& planner, const std::string& blocked)
   }
 }
 
-void PrintJson(Study& study, const Planner& planner, const std::string& blocked) {
-  const Planner::Cost cost = planner.EstimateCost();
+json CostToJson(const Study& study, const Planner::Cost& cost) {
+  json experiments = json::array();
+  for (const Planner::ExperimentCost& one : cost.experiments) {
+    experiments.push_back({{"experiment", study.experiments[one.experiment].name()},
+                           {"runs", one.runs},
+                           {"particles", one.particles},
+                           {"steps", one.steps},
+                           {"seconds", one.seconds}});
+  }
+  return {{"runs", cost.runs},
+          {"steps_per_run", cost.steps_per_run},
+          {"seconds_per_run", cost.seconds_per_run},
+          {"seconds", cost.seconds},
+          {"experiments", std::move(experiments)}};
+}
+
+void PrintJson(Study& study, const Planner& planner, const std::vector<std::size_t>& evaluate_also,
+               const std::string& blocked) {
+  const Planner::Cost cost = planner.EstimateCost(evaluate_also);
   json programs = json::array();
-  for (const PlannedRun& run : planner.Plan(planner.Centre(), 0)) {
-    programs.push_back({{"experiment", run.program.experiment},
-                        {"particles", run.program.particles.count},
-                        {"time_step", run.program.time_step},
-                        {"law", run.program.law.ToString()},
-                        {"hash", run.program_hash}});
+  for (const Planner::ExperimentCost& one : cost.experiments) {
+    if (!planner.ExplainUnplanned(one.experiment).empty()) continue;
+    const PlannedRun run = planner.PlanExperiment(one.experiment, planner.Centre(), 0);
+    programs.push_back(
+        {{"experiment", run.program.experiment},
+         {"calibrated", study.experiments[one.experiment].calibrate},
+         {"fidelity", FidelityNames()[static_cast<std::size_t>(run.program.fidelity)]},
+         {"particles", one.particles},
+         {"time_step", run.program.time_step},
+         {"law", run.program.law.ToString()},
+         {"hash", run.program_hash}});
   }
-  json groups = json::array();
-  if (study.scaling->ExplainUnsupported(planner.Laboratory(0)).empty()) {
-    groups = PiGroupsToJson(planner.ScalingTables(planner.Centre()));
-  }
+  const json groups = PiGroupsToJson(planner.ScalingTables(ExperimentsOf(cost), planner.Centre()));
   const Availability& availability = planner.availability();
   const json document = {{"schema", 1},
                          {"study", study.name},
@@ -95,7 +145,7 @@ void PrintJson(Study& study, const Planner& planner, const std::string& blocked)
                          {"resolved", study.ToYaml()},
                          {"ready", blocked.empty()},
                          {"problem", blocked},
-                         {"warnings", planner.Warnings()},
+                         {"warnings", planner.Warnings(evaluate_also)},
                          {"backend",
                           {{"name", study.backend.backend->name()},
                            {"available", availability.available},
@@ -104,11 +154,7 @@ void PrintJson(Study& study, const Planner& planner, const std::string& blocked)
                            {"simulates", study.backend.backend->simulates()}}},
                          {"programs", programs},
                          {"pi_groups", groups},
-                         {"cost",
-                          {{"runs", cost.runs},
-                           {"steps_per_run", cost.steps_per_run},
-                           {"seconds_per_run", cost.seconds_per_run},
-                           {"seconds", cost.seconds}}}};
+                         {"cost", CostToJson(study, cost)}};
   Print("{}\n", document.dump(2));
 }
 
@@ -120,6 +166,7 @@ void AddCheck(CLI::App& program, int& status) {
   struct Options {
     StudyOptions study;
     std::string folder;
+    std::vector<std::string> evaluate_also;
     bool json = false;
   };
   auto options = std::make_shared<Options>();
@@ -127,6 +174,7 @@ void AddCheck(CLI::App& program, int& status) {
   command->add_option("--out", options->folder, "run folder that `run` would use")
       ->type_name("FOLDER")
       ->check(NotEmpty);
+  DeclareEvaluateAlso(*command, options->evaluate_also);
   command->add_flag("--json", options->json, "for machines");
   command->callback([options, &status] {
     Study study = options->study.Load();
@@ -134,11 +182,12 @@ void AddCheck(CLI::App& program, int& status) {
     const std::filesystem::path folder = options->folder.empty()
                                              ? options->study.DefaultFolder(study)
                                              : std::filesystem::path(options->folder);
-    const std::string blocked = ExplainBlocked(study, planner, folder);
+    const std::vector<std::size_t> also = study.TransferExperiments(options->evaluate_also);
+    const std::string blocked = ExplainBlocked(study, planner, also, folder);
     if (options->json) {
-      PrintJson(study, planner, blocked);
+      PrintJson(study, planner, also, blocked);
     } else {
-      PrintText(study, planner, blocked);
+      PrintText(study, planner, also, blocked);
     }
     status = blocked.empty() ? kDone : kBadInput;
   });

@@ -52,7 +52,12 @@ void AddSimulate(CLI::App& program, int& status);
 /// Writes the reports into the run folder, and prints results.json or the summary.
 void PublishResults(const StudyResults& results, const std::filesystem::path& folder, bool json);
 
-/// Runs or resumes a study in `folder`, with progress, and writes its reports.
-int RunStudy(Study& study, const std::filesystem::path& folder, bool json);
+/// Declares --evaluate-also: experiments that the best point is evaluated on at the end.
+void DeclareEvaluateAlso(CLI::App& command, std::vector<std::string>& names);
+
+/// Runs or resumes a study in `folder`, with progress, evaluates its best point on the experiments
+/// `evaluate_also`, and writes its reports.
+int RunStudy(Study& study, const std::filesystem::path& folder,
+             const std::vector<std::string>& evaluate_also, bool json);
 
 }  // namespace powdercal::cli

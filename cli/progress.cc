@@ -14,20 +14,20 @@
 namespace powdercal::cli {
 namespace {
 
-std::string DescribeResponses(const Objectives& objectives, const ReducedResponses& responses) {
-  std::string text;
+std::string DescribeResponses(const Objectives& objectives, const ReducedResponses& responses,
+                              const std::vector<ExperimentFailure>& failures) {
+  std::vector<std::string> parts;
   for (std::size_t t = 0; t < objectives.targets.size(); ++t) {
     const auto index = static_cast<Eigen::Index>(t);
     const Target& target = objectives.targets[t];
-    if (t > 0) text += ", ";
-    if (responses.counts[index] == 0) {
-      text += target.response + " failed";
-      continue;
-    }
-    text += fmt::format("{} {:.4g} (target {:.4g})", target.response, responses.means[index],
-                        target.value);
+    if (responses.counts[index] == 0) continue;
+    parts.push_back(fmt::format("{} {:.4g} (target {:.4g})", target.response,
+                                responses.means[index], target.value));
   }
-  return text;
+  for (const ExperimentFailure& failure : failures) {
+    parts.push_back(fmt::format("{} failed ({})", failure.experiment, failure.reason));
+  }
+  return JoinNames(parts);
 }
 
 // The status line is redrawn in place, which takes a single line of the terminal.
@@ -58,19 +58,25 @@ void ProgressDisplay::Begin(const std::string& header) {
 
 void ProgressDisplay::OnResume(int evaluations) { resumed_ = evaluations; }
 
-void ProgressDisplay::OnRun(const LedgerRun& run, const Progress&) {
-  if (run.outcome.ok()) return;
-  Line(
-      fmt::format("        run failed, {}: {}", ToString(run.outcome.reason), run.outcome.message));
+void ProgressDisplay::OnRun(const LedgerRun& run, const Progress& progress) {
+  if (!run.outcome.ok()) {
+    Line(fmt::format("        {} failed, {}: {}", run.experiment, ToString(run.outcome.reason),
+                     run.outcome.message));
+  } else if (transferring_) {
+    Line(fmt::format("{:3}/{} {} with particle seed {}: ok, {}", progress.transfer_done,
+                     progress.transfer_runs, run.experiment, run.seed,
+                     DurationText(run.diagnostics.wall_seconds)));
+  }
 }
 
 void ProgressDisplay::OnEvaluation(const LedgerCandidate& candidate,
-                                   const ReducedResponses& responses, const Outcome& failure,
+                                   const ReducedResponses& responses,
+                                   const std::vector<ExperimentFailure>& failures,
                                    const Progress& progress) {
   const std::string point = DescribePoint(study_.space.parameters, candidate.parameters);
-  const std::string result = responses.failed()
-                                 ? fmt::format("failed: {}", ToString(failure.reason))
-                                 : DescribeResponses(objectives_, responses);
+  const std::string result = failures.size() == 1 && responses.failed()
+                                 ? "failed: " + failures[0].reason
+                                 : DescribeResponses(objectives_, responses, failures);
   const bool best = progress.best == candidate.candidate.id;
   const int replicates = responses.counts.maxCoeff();
   Line(fmt::format(
@@ -80,15 +86,25 @@ void ProgressDisplay::OnEvaluation(const LedgerCandidate& candidate,
       best ? "  * best so far" : ""));
 }
 
+void ProgressDisplay::OnTransfer(const LedgerCandidate& candidate, const Progress& progress) {
+  transferring_ = true;
+  Line(
+      fmt::format("the best point, #{}, on experiments that were not calibrated: {} of {} runs "
+                  "are in the ledger",
+                  candidate.candidate.id, progress.transfer_done, progress.transfer_runs));
+}
+
 void ProgressDisplay::OnTick(const Progress& progress) {
   if (!terminal_) return;
   constexpr int kWidth = 20;
-  const int filled =
-      progress.budget > 0 ? std::min(kWidth, kWidth * progress.done / progress.budget) : 0;
+  const int done = transferring_ ? progress.transfer_done : progress.done;
+  const int all = transferring_ ? progress.transfer_runs : progress.budget;
+  const int filled = all > 0 ? std::min(kWidth, kWidth * done / all) : 0;
   std::string text = fmt::format("[{}{}] {}/{}  {} running  {} failed",
                                  std::string(static_cast<std::size_t>(filled), '#'),
-                                 std::string(static_cast<std::size_t>(kWidth - filled), '.'),
-                                 progress.done, progress.budget, progress.running, progress.failed);
+                                 std::string(static_cast<std::size_t>(kWidth - filled), '.'), done,
+                                 all, progress.running, progress.failed);
+  if (progress.partial > 0) text += fmt::format("  {} partly", progress.partial);
   if (progress.best) {
     text += "  best " + DescribePoint(study_.space.parameters, progress.best_parameters);
   }

@@ -19,7 +19,9 @@ class ProgressDisplay final : public ProgressListener {
   void OnResume(int evaluations) override;
   void OnRun(const LedgerRun& run, const Progress& progress) override;
   void OnEvaluation(const LedgerCandidate& candidate, const ReducedResponses& responses,
-                    const Outcome& failure, const Progress& progress) override;
+                    const std::vector<ExperimentFailure>& failures,
+                    const Progress& progress) override;
+  void OnTransfer(const LedgerCandidate& candidate, const Progress& progress) override;
   void OnTick(const Progress& progress) override;
 
  private:
@@ -31,6 +33,7 @@ class ProgressDisplay final : public ProgressListener {
   bool terminal_;
   bool status_shown_ = false;
   int resumed_ = 0;  // evaluations that the ledger held
+  bool transferring_ = false;
 };
 
 }  // namespace powdercal::cli

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-
 #include "cli/commands.h"
 #include "cli/output.h"
 #include "cli/text.h"
@@ -29,14 +28,16 @@ void AddResume(CLI::App& program, int& status) {
       program.add_subcommand("resume", "Go on with the study of a run folder, as it was started.");
   struct Options {
     std::string folder;
+    std::vector<std::string> evaluate_also;
     bool json = false;
   };
   auto options = std::make_shared<Options>();
   command->add_option("folder", options->folder, "run folder")->required()->type_name("FOLDER");
+  DeclareEvaluateAlso(*command, options->evaluate_also);
   command->add_flag("--json", options->json, "print results.json to standard output");
   command->callback([options, &status] {
     Study study = LoadFromFolder(options->folder);
-    status = RunStudy(study, options->folder, options->json);
+    status = RunStudy(study, options->folder, options->evaluate_also, options->json);
   });
 }
 

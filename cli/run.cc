@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.h"
@@ -14,6 +15,21 @@
 
 namespace powdercal::cli {
 
+namespace {
+
+// Whether each of these experiments gave some value at the best point.
+bool AllTransferred(const Study& study, const std::vector<std::size_t>& experiments,
+                    const StudyResults& results) {
+  return std::all_of(experiments.begin(), experiments.end(), [&](std::size_t i) {
+    const auto& responses = results.transfer.responses;
+    return std::any_of(responses.begin(), responses.end(), [&](const ResponseResult& response) {
+      return response.simulated && response.name.starts_with(study.experiments[i].name() + ".");
+    });
+  });
+}
+
+}  // namespace
+
 void PublishResults(const StudyResults& results, const std::filesystem::path& folder, bool json) {
   WriteReports(results, folder);
   if (json) {
@@ -23,18 +39,33 @@ void PublishResults(const StudyResults& results, const std::filesystem::path& fo
   }
 }
 
-int RunStudy(Study& study, const std::filesystem::path& folder, bool json) {
+void DeclareEvaluateAlso(CLI::App& command, std::vector<std::string>& names) {
+  command
+      .add_option("--evaluate-also", names,
+                  "when the study has ended, evaluate its best point on these experiments, which "
+                  "the study lists but does not calibrate")
+      ->type_name("EXPERIMENT…")
+      ->check(NotEmpty);
+}
+
+int RunStudy(Study& study, const std::filesystem::path& folder,
+             const std::vector<std::string>& evaluate_also, bool json) {
+  const std::vector<std::size_t> transfer = study.TransferExperiments(evaluate_also);
   SignalStop signals;
   const Availability availability = study.backend.backend->availability();
   StudyRunner::End end;
   {
     ProgressDisplay display(study);
-    StudyRunner runner(study, {.folder = folder, .stop = signals.token(), .listener = &display});
+    StudyRunner runner(study, {.folder = folder,
+                               .stop = signals.token(),
+                               .listener = &display,
+                               .evaluate_also = transfer});
     display.Begin(fmt::format("powdercal {}: {} with {} on {} {}, {} at a time, in {}", kVersion,
                               study.name, study.optimizer->name(), study.backend.backend->name(),
                               availability.version, study.parallel(), folder.string()));
     if (!study.backend.backend->simulates()) Say("{}\n", kNoSimulation);
-    for (const std::string& warning : Planner(study).Warnings()) Say("warning: {}\n", warning);
+    for (const std::string& warning : Planner(study).Warnings(transfer))
+      Say("warning: {}\n", warning);
     end = runner.Run();
   }
   // Opened for writing, so that SQLite folds its side files into the ledger when it closes.
@@ -42,7 +73,7 @@ int RunStudy(Study& study, const std::filesystem::path& folder, bool json) {
       CollectResults(study, Ledger(folder / "ledger.sqlite", Ledger::Mode::read_write));
   PublishResults(results, folder, json);
   if (end == StudyRunner::End::interrupted) return kInterrupted;
-  return results.best ? kDone : kFellShort;
+  return results.best && AllTransferred(study, transfer, results) ? kDone : kFellShort;
 }
 
 void AddRun(CLI::App& program, int& status) {
@@ -51,6 +82,7 @@ void AddRun(CLI::App& program, int& status) {
   struct Options {
     StudyOptions study;
     std::string folder;
+    std::vector<std::string> evaluate_also;
     bool json = false;
   };
   auto options = std::make_shared<Options>();
@@ -58,13 +90,14 @@ void AddRun(CLI::App& program, int& status) {
   command->add_option("--out", options->folder, "run folder (default: runs/NAME)")
       ->type_name("FOLDER")
       ->check(NotEmpty);
+  DeclareEvaluateAlso(*command, options->evaluate_also);
   command->add_flag("--json", options->json, "print results.json to standard output");
   command->callback([options, &status] {
     Study study = options->study.Load();
     const std::filesystem::path folder = options->folder.empty()
                                              ? options->study.DefaultFolder(study)
                                              : std::filesystem::path(options->folder);
-    status = RunStudy(study, folder, options->json);
+    status = RunStudy(study, folder, options->evaluate_also, options->json);
   });
 }
 

@@ -25,6 +25,8 @@ using nlohmann::json;
 struct Options {
   StudyOptions study;
   std::vector<std::string> parameters;
+  std::vector<std::string> experiment_names;
+  std::vector<std::size_t> experiments;  // of the study; those named, or all
   std::optional<std::int64_t> particle_seed;
   int replicates = 1;
   std::string folder;
@@ -183,7 +185,8 @@ std::vector<std::filesystem::path> SubmitRuns(const Options& options, const Plan
     if (options.particle_seed) {
       seed = static_cast<std::uint64_t>(*options.particle_seed + replicate);
     }
-    for (const PlannedRun& run : planner.Plan(values, replicate, seed)) {
+    for (const std::size_t experiment : options.experiments) {
+      const PlannedRun run = planner.PlanExperiment(experiment, values, replicate, seed);
       RunContext context = common;
       context.work_folder /= fmt::format("{}-{}", run.program.experiment, replicate);
       if (const auto& limit = planner.study().budget.run_timeout) {
@@ -212,16 +215,36 @@ std::map<std::int64_t, LedgerRun> CollectRuns(std::size_t count, const SignalSto
   return runs;
 }
 
-int Simulate(const Options& options) {
+// Indices of the experiments of these names, or of all.
+std::vector<std::size_t> ReadExperiments(const Study& study,
+                                         const std::vector<std::string>& names) {
+  std::vector<std::string> known;
+  for (const StudyExperiment& entry : study.experiments) known.push_back(entry.name());
+  for (const std::string& name : names) {
+    if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+    throw UnknownName("experiment", name, known,
+                      {.location = {"command line"}, .key = "--experiment"});
+  }
+  std::vector<std::size_t> indices;
+  for (std::size_t i = 0; i < known.size(); ++i) {
+    if (names.empty() || std::find(names.begin(), names.end(), known[i]) != names.end()) {
+      indices.push_back(i);
+    }
+  }
+  return indices;
+}
+
+int Simulate(Options options) {
   const double interval = ReadSnapshotInterval(options.snapshots);
   const Study study = options.study.Load();
+  options.experiments = ReadExperiments(study, options.experiment_names);
   if (interval > 0) RequireSnapshots(*study.backend.backend);
   const Planner planner(study);
   if (!planner.availability().available) {
     throw InputError(fmt::format("backend '{}' is not available: {}", study.backend.backend->name(),
                                  planner.availability().why_not));
   }
-  if (const std::string reason = planner.ExplainUnsupported(); !reason.empty()) {
+  if (const std::string reason = planner.ExplainUnsupported(options.experiments); !reason.empty()) {
     throw InputError(reason, {.location = {study.file}});
   }
   const std::vector<double> values = ReadParameters(study, options.parameters);
@@ -286,6 +309,11 @@ void AddSimulate(CLI::App& program, int& status) {
                    "value of a free parameter by name or symbol, e.g. -p k=47500 -p mu_r=0.5; a "
                    "bare number is in SI")
       ->type_name("NAME=VALUE")
+      ->allow_extra_args(false);
+  command
+      ->add_option("--experiment", options->experiment_names,
+                   "only this experiment of the study; may be repeated")
+      ->type_name("EXPERIMENT")
       ->allow_extra_args(false);
   command
       ->add_option("--particle-seed", options->particle_seed,

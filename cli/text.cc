@@ -23,17 +23,19 @@ std::string Number(const std::optional<double>& value) {
   return value ? fmt::format("{:.3g}", *value) : "unknown";
 }
 
-std::string Response(const ResponseResult& response) {
+std::string Response(const ResponseResult& response, bool fitted) {
   if (!response.simulated) return fmt::format("  {}: no value\n", response.name);
-  const double deviation = *response.simulated - response.observed;
   std::string text = fmt::format("  {} = {:.4g}", response.name, *response.simulated);
   if (response.unit != "1") text += " " + response.unit;
   if (response.replicates > 1) {
     text += fmt::format(" (mean of {} seeds, standard deviation {:.2g})", response.replicates,
                         response.seed_sd);
   }
+  if (!response.was_observed()) return text + ", not observed\n";
+  const double deviation = *response.simulated - response.observed;
   text += fmt::format(", observed {:.4g} ± {:.2g}, off by {:+.2g}", response.observed, response.sd,
                       deviation);
+  if (!fitted) text += fmt::format(" ({:.2g} sd)", std::abs(*StandardDeviationsOff(response)));
   if (response.tolerance) {
     text += std::abs(deviation) < *response.tolerance
                 ? fmt::format(": within the tolerance of {:.2g}", *response.tolerance)
@@ -87,8 +89,11 @@ std::string GroupTable(const ScalingTable& table) {
 }
 
 std::string Summary(const StudyResults& results) {
-  std::string text = fmt::format("{}: {} evaluations, {} ok, {} failed; {}\n", results.study,
-                                 results.total, results.ok, results.failed, results.stop_reason);
+  const std::string partly =
+      results.partial > 0 ? fmt::format("{} partly failed, ", results.partial) : "";
+  std::string text =
+      fmt::format("{}: {} evaluations, {} ok, {}{} failed; {}\n", results.study, results.total,
+                  results.ok, partly, results.failed, results.stop_reason);
   if (results.best) {
     const EvaluationResult& best = results.history[*results.best];
     text += "best:\n";
@@ -96,10 +101,22 @@ std::string Summary(const StudyResults& results) {
       text += fmt::format("  {} ({}) = {}\n", parameter.name, parameter.symbol,
                           HumanQuantity(best.parameters.at(parameter.name), parameter.unit));
     }
-    for (const ResponseResult& response : best.responses) text += Response(response);
+    for (const ResponseResult& response : best.responses) text += Response(response, true);
     text += fmt::format("  chi2 = {:.3g}\n", best.chi2.value_or(0));
+    if (!results.transfer.experiments.empty()) {
+      text += "the best point on what was not fitted:\n";
+      for (const ResponseResult& response : results.transfer.responses) {
+        text += Response(response, false);
+      }
+      for (const ExperimentFailure& failure : results.transfer.failures) {
+        text += fmt::format("  {} failed in {} of {} runs, {}: {}\n", failure.experiment,
+                            failure.failed_runs, failure.runs, failure.reason, failure.message);
+      }
+      text += "  " + TransferHeadline(results) + "\n";
+    }
   } else {
-    text += "no evaluation succeeded\n";
+    text +=
+        results.partial > 0 ? "no evaluation gave every response\n" : "no evaluation succeeded\n";
   }
   for (const std::string& caveat : Caveats(results)) text += "note: " + caveat + "\n";
   const double wall = std::max(results.wall_seconds, 1e-9);

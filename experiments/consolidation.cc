@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "experiments/packing_measures.h"
+#include "experiments/pouring.h"
 #include "scaling/groups.h"
 
 namespace powdercal {
@@ -40,12 +41,6 @@ Cell CellOf(Fidelity fidelity, double diameter) {
 double BedHeight(const Cell& cell, double third_moment, double solid_fraction) {
   return cell.count * std::numbers::pi / 6 * third_moment /
          (cell.width * cell.width * solid_fraction);
-}
-
-// Time [s] in which something thrown down at `velocity` covers `distance`.
-double FallTime(double distance, double velocity, double gravity) {
-  if (gravity == 0) return velocity > 0 ? distance / velocity : 0;
-  return (std::sqrt(velocity * velocity + 2 * gravity * distance) - velocity) / gravity;
 }
 
 // Largest I while the lid moves down, from its height at even intervals.

@@ -3,8 +3,10 @@
 #include <array>
 
 #include "core/errors.h"
+#include "experiments/angle_of_repose.h"
 #include "experiments/consolidation.h"
 #include "experiments/shear.h"
+#include "experiments/spreading.h"
 
 namespace powdercal {
 
@@ -22,13 +24,16 @@ double Numerics::TimeStep(const SimulatedPowder& powder) const {
 }
 
 std::span<const std::string> ExperimentNames() {
-  static const std::vector<std::string> names = {"consolidation", "shear"};
+  static const std::vector<std::string> names = {"angle_of_repose", "consolidation", "shear",
+                                                 "spreading"};
   return names;
 }
 
 std::unique_ptr<Experiment> MakeExperiment(const std::string& name) {
+  if (name == "angle_of_repose") return std::make_unique<AngleOfRepose>();
   if (name == "consolidation") return std::make_unique<Consolidation>();
   if (name == "shear") return std::make_unique<Shear>();
+  if (name == "spreading") return std::make_unique<Spreading>();
   throw UnknownName("experiment", name, ExperimentNames());
 }
 

@@ -78,6 +78,13 @@ std::unique_ptr<OptimizerFactory> MakeOptimizerFactory(const std::string& name) 
   throw UnknownName("optimizer", name, OptimizerNames());
 }
 
+int ObjectiveCount(const Objectives& objectives) {
+  if (objectives.kind == Objectives::Kind::joint) return 1;
+  int count = 1;
+  for (const Target& target : objectives.targets) count = std::max(count, target.objective + 1);
+  return count;
+}
+
 double ChiSquared(const Objectives& objectives, const Eigen::VectorXd& responses,
                   const Eigen::VectorXd& variances, int objective) {
   const std::vector<Target>& targets = objectives.targets;

@@ -48,6 +48,9 @@ struct Objectives {
   std::vector<Target> targets;
 };
 
+/// joint: 1; pareto: 1 + the highest objective of a target.
+int ObjectiveCount(const Objectives& objectives);
+
 /// A point that the optimizer wants evaluated.
 struct Candidate {
   std::int64_t id = 0;    ///< 0, 1, 2, … in the order of asking

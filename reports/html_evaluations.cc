@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <set>
@@ -32,6 +33,7 @@ std::string TextCell(std::string_view text, std::string_view css = "") {
 }
 
 std::string OutcomeTag(const std::string& outcome) {
+  if (outcome == kPartial) return "<span class=\"tag off\">✕ in part</span>";
   return outcome == "ok"
              ? std::string("<span class=\"tag good\">ok</span>")
              : fmt::format("<span class=\"tag bad\">✕ {}</span>", H(ReadableName(outcome)));
@@ -72,24 +74,87 @@ std::string EvaluationRow(const StudyResults& results, const EvaluationResult& e
   return html + "</tr>\n";
 }
 
+std::string RunRow(std::int64_t evaluation, const RunResult& run) {
+  std::string row = run.reason == "ok" ? "<tr>" : "<tr class=\"failed\">";
+  row +=
+      fmt::format("<td class=\"number\">{}</td><td class=\"number\">{}</td>", run.id, evaluation);
+  row += TextCell(run.experiment) +
+         fmt::format("<td class=\"number\">{}</td><td class=\"number\">{}</td><td>{}</td>",
+                     run.replicate, run.seed, OutcomeTag(run.reason));
+  row += NumberCell(run.wall_seconds, 3) +
+         fmt::format("<td class=\"hash\" title=\"{}\">{}</td>", H(run.program_hash),
+                     H(std::string_view(run.program_hash).substr(0, 12)));
+  return row + TextCell(run.message, "message") + "</tr>\n";
+}
+
+// "all", "consolidation, shear", "none".
+std::string FittedObjectives(const StudyResults& results, const EvaluationResult& evaluation) {
+  std::string list;
+  std::size_t fitted = 0;
+  for (std::size_t o = 0; o < results.objectives.size(); ++o) {
+    if (!FitsObjective(results, evaluation, o)) continue;
+    ++fitted;
+    list += (list.empty() ? "" : ", ") + ReadableName(results.objectives[o]);
+  }
+  if (fitted == results.objectives.size()) return "all";
+  return list.empty() ? "none" : list;
+}
+
+std::string FrontRow(const StudyResults& results, const EvaluationResult& evaluation) {
+  const bool best = &evaluation == BestEvaluation(results);
+  std::string html = fmt::format("<tr{0}><td class=\"number\" data-sort=\"{1}\">{1}{2}</td>",
+                                 best ? " class=\"best\"" : "", evaluation.id,
+                                 best ? " <strong>★ best</strong>" : "");
+  for (const ObjectiveResult& objective : evaluation.objectives) {
+    html += NumberCell(objective.misfit, 3);
+  }
+  html += TextCell(FittedObjectives(results, evaluation));
+  for (const Parameter& parameter : results.parameters) {
+    html += NumberCell(evaluation.parameters.at(parameter.name), 5);
+  }
+  for (const ResponseResult& response : evaluation.responses) {
+    html += NumberCell(response.simulated, 4);
+  }
+  return html + "</tr>\n";
+}
+
+std::string FrontTable(const StudyResults& results) {
+  std::string html =
+      "<div class=\"scroll\"><table class=\"sortable\" id=\"front\"><thead><tr>"
+      "<th class=\"number\">#</th>";
+  for (std::size_t o = 0; o < results.objectives.size(); ++o) {
+    html += fmt::format(
+        "<th class=\"number\"{}>misfit<br><span class=\"small muted\">{}</span></th>",
+        o == 0 ? " aria-sort=\"ascending\"" : "", H(ReadableName(results.objectives[o])));
+  }
+  html += Header("fits", false);
+  for (const Parameter& parameter : results.parameters) {
+    html += Header(SymbolHtml(parameter.symbol), true, parameter.unit);
+  }
+  for (const ResponseResult& target : TargetResponses(results)) {
+    html += fmt::format(
+        "<th class=\"number\">{}<br><span class=\"small muted\">{}, observed {}</span></th>",
+        H(ReadableName(target.name)), H(ReadableName(target.name.substr(0, target.name.find('.')))),
+        H(ValueText(target.observed, target.unit)));
+  }
+  html += "</tr></thead><tbody>\n";
+  std::vector<std::size_t> front = results.pareto;
+  std::stable_sort(front.begin(), front.end(), [&](std::size_t a, std::size_t b) {
+    return results.history[a].objectives[0].misfit < results.history[b].objectives[0].misfit;
+  });
+  for (const std::size_t index : front) html += FrontRow(results, results.history[index]);
+  return html + "</tbody></table></div>\n";
+}
+
 std::string RunsTable(const StudyResults& results) {
   std::string rows;
   int count = 0;
-  for (const EvaluationResult& evaluation : results.history) {
-    for (const RunResult& run : evaluation.runs) {
-      ++count;
-      rows += run.reason == "ok" ? "<tr>" : "<tr class=\"failed\">";
-      rows += fmt::format("<td class=\"number\">{}</td><td class=\"number\">{}</td>", run.id,
-                          evaluation.id);
-      rows += TextCell(run.experiment) +
-              fmt::format("<td class=\"number\">{}</td><td class=\"number\">{}</td><td>{}</td>",
-                          run.replicate, run.seed, OutcomeTag(run.reason));
-      rows += NumberCell(run.wall_seconds, 3) +
-              fmt::format("<td class=\"hash\" title=\"{}\">{}</td>", H(run.program_hash),
-                          H(std::string_view(run.program_hash).substr(0, 12)));
-      rows += TextCell(run.message, "message") + "</tr>\n";
-    }
-  }
+  const auto add = [&](const EvaluationResult& evaluation, const std::vector<RunResult>& runs) {
+    for (const RunResult& run : runs) rows += RunRow(evaluation.id, run);
+    count += static_cast<int>(runs.size());
+  };
+  for (const EvaluationResult& evaluation : results.history) add(evaluation, evaluation.runs);
+  if (const EvaluationResult* best = BestEvaluation(results)) add(*best, results.transfer.runs);
   if (count == 0) return "";
   return fmt::format(
       "<details><summary>{} behind these evaluations</summary>\n<div class=\"scroll\">"
@@ -101,10 +166,10 @@ std::string RunsTable(const StudyResults& results) {
 }
 
 // What else was measured in the simulations of the best point.
-std::string DiagnosticsTable(const EvaluationResult& best) {
+std::string DiagnosticsTable(const std::vector<RunResult>& runs) {
   std::set<std::string> names;
   std::string head = "<th>diagnostic (SI)</th>";
-  for (const RunResult& run : best.runs) {
+  for (const RunResult& run : runs) {
     for (const auto& [name, value] : run.diagnostics) names.insert(name);
     head += fmt::format("<th class=\"number\">{}, seed {}</th>", H(run.experiment), run.seed);
   }
@@ -112,7 +177,7 @@ std::string DiagnosticsTable(const EvaluationResult& best) {
   std::string rows;
   for (const std::string& name : names) {
     rows += "<tr>" + TextCell(ReadableName(name));
-    for (const RunResult& run : best.runs) {
+    for (const RunResult& run : runs) {
       const auto found = run.diagnostics.find(name);
       rows += NumberCell(
           found == run.diagnostics.end() ? std::nullopt : std::optional<double>(found->second), 5);
@@ -126,6 +191,26 @@ std::string DiagnosticsTable(const EvaluationResult& best) {
 }
 
 }  // namespace
+
+std::string ParetoSection(const StudyResults& results, const std::vector<Figure>& figures) {
+  if (results.objectives.size() < 2 || results.pareto.empty()) return "";
+  const Compatibility compatibility = JudgeCompatibility(results);
+  std::string html = fmt::format(
+      "<section><h2>What fits together</h2>\n<p><strong>{}</strong> {}</p>\n"
+      "<div class=\"figures\">\n",
+      H(compatibility.statement), H(compatibility.detail));
+  for (const Figure& figure : figures) html += FigureElement(figure);
+  html += fmt::format(
+      "</div>\n<h3>The front: {} no other evaluation beats in every experiment</h3>\n{}",
+      results.pareto.size() == 1 ? "the evaluation that"
+                                 : fmt::format("{} evaluations that", results.pareto.size()),
+      FrontTable(results));
+  return html +
+         "<p class=\"muted small\">The misfit of an experiment is the χ² that its responses are "
+         "expected to have, the scatter between particle seeds added to their deviations: as many "
+         "as it has responses where each is one standard deviation off. The best point of this "
+         "report is the one with the lowest sum, which is one choice among these.</p></section>\n";
+}
 
 std::string EvaluationsSection(const StudyResults& results) {
   std::string html = "<section><h2>Evaluations</h2>\n";
@@ -150,7 +235,11 @@ std::string EvaluationsSection(const StudyResults& results) {
   }
   html += "</tbody></table></div>\n<p class=\"muted small\">Click a column's head to sort.</p>\n";
   html += RunsTable(results);
-  if (const EvaluationResult* best = BestEvaluation(results)) html += DiagnosticsTable(*best);
+  if (const EvaluationResult* best = BestEvaluation(results)) {
+    std::vector<RunResult> runs = best->runs;
+    runs.insert(runs.end(), results.transfer.runs.begin(), results.transfer.runs.end());
+    html += DiagnosticsTable(runs);
+  }
   return html + "</section>\n";
 }
 

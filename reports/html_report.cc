@@ -65,7 +65,7 @@ std::string ScriptJson(const nlohmann::json& value) {
 
 std::vector<Figure> AllFigures(const StudyResults& results) {
   std::vector<Figure> figures = {ConvergenceFigure(results)};
-  for (const auto make : {FitFigures, SurfaceFigures, ParallelFigures}) {
+  for (const auto make : {FitFigures, TransferFigures, SurfaceFigures, ParallelFigures}) {
     std::vector<Figure> more = make(results);
     figures.insert(figures.end(), std::make_move_iterator(more.begin()),
                    std::make_move_iterator(more.end()));
@@ -77,9 +77,12 @@ std::vector<Figure> AllFigures(const StudyResults& results) {
 
 std::string HtmlReport(const StudyResults& results) {
   const std::vector<Figure> figures = AllFigures(results);
+  const std::vector<Figure> pareto = ParetoFigures(results);
   nlohmann::json specs = nlohmann::json::object();
-  for (const Figure& figure : figures) {
-    if (!figure.spec.is_null()) specs[figure.key] = figure.spec;
+  for (const std::vector<Figure>* group : {&pareto, &figures}) {
+    for (const Figure& figure : *group) {
+      if (!figure.spec.is_null()) specs[figure.key] = figure.spec;
+    }
   }
   const std::string powder = results.powder.empty() ? results.study : results.powder;
   std::string subtitle = "Study " + results.study;
@@ -92,6 +95,7 @@ std::string HtmlReport(const StudyResults& results) {
                        {"css", std::string(Asset("report.css"))},
                        {"banner", BannerSection(results)},
                        {"summary", SummarySection(results)},
+                       {"pareto", ParetoSection(results, pareto)},
                        {"figures", FiguresSection(figures, ParameterPairs(results))},
                        {"evaluations", EvaluationsSection(results)},
                        {"scaling", ScalingSection(results)},

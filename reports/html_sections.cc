@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include "core/errors.h"
 #include "reports/statements.h"
 #include "reports/text.h"
 
@@ -75,6 +76,13 @@ std::string FitRow(const ResponseResult& response) {
   const std::size_t dot = response.name.rfind('.');
   const std::string experiment =
       dot == std::string::npos ? "" : ReadableName(response.name.substr(0, dot));
+  if (!response.was_observed()) {
+    return fmt::format(
+        "<tr><td><strong>{}</strong><br><span class=\"small muted\">{}</span></td>"
+        "<td class=\"number\">{}</td><td class=\"number\">—</td><td class=\"number\">—</td>"
+        "<td><span class=\"tag unknown\">not observed</span></td></tr>\n",
+        H(ReadableName(response.name)), H(experiment), SimulatedCell(response));
+  }
   const std::string limit = fmt::format("±&nbsp;{}{}", Value(fit.limit, response.unit, 2),
                                         fit.has_tolerance ? "" : " (2&nbsp;sd)");
   std::string deviation = "none";
@@ -93,16 +101,21 @@ std::string FitRow(const ResponseResult& response) {
       verdict);
 }
 
-std::string FitCard(const StudyResults& results) {
+std::string ResponsesTable(const StudyResults& results,
+                           const std::vector<ResponseResult>& responses) {
   std::string html = fmt::format(
-      "<section class=\"card fit\"><h3>Fit at the best point</h3>\n<table>\n"
-      "<thead><tr><th>response</th><th class=\"number\">{}</th>"
+      "<table>\n<thead><tr><th>response</th><th class=\"number\">{}</th>"
       "<th class=\"number\">observed ± sd</th><th class=\"number\">deviation</th><th>verdict</th>"
       "</tr></thead><tbody>\n",
       results.simulated ? "simulated" : "predicted");
+  for (const ResponseResult& response : responses) html += FitRow(response);
+  return html + "</tbody></table>\n";
+}
+
+std::string FitCard(const StudyResults& results) {
   const std::vector<ResponseResult> targets = TargetResponses(results);
-  for (const ResponseResult& target : targets) html += FitRow(target);
-  html += "</tbody></table>\n";
+  std::string html = "<section class=\"card fit\"><h3>Fit at the best point</h3>\n" +
+                     ResponsesTable(results, targets);
   if (targets.empty()) html += "<p class=\"muted\">There is no response to compare yet.</p>\n";
   const EvaluationResult* best = BestEvaluation(results);
   if (best != nullptr && best->chi2) {
@@ -113,19 +126,46 @@ std::string FitCard(const StudyResults& results) {
   return html + "</section>\n";
 }
 
-// "2 failed (1 timeout, 1 crashed)".
+// The best point where it was not fitted.
+std::string TransferCard(const StudyResults& results) {
+  if (results.transfer.experiments.empty()) return "";
+  std::string html = fmt::format(
+      "<section class=\"card wide transfer\"><h3>Transfer: the best point on what was not "
+      "fitted</h3>\n<p><strong>{}</strong></p>\n",
+      H(TransferHeadline(results)));
+  html += ResponsesTable(results, results.transfer.responses) + "<ul>\n";
+  for (const std::string& statement : TransferStatements(results)) {
+    html += fmt::format("<li>{}</li>\n", H(statement));
+  }
+  return html + "</ul></section>\n";
+}
+
+// "2 failed (1 timeout, 1 crashed)", "1 partly failed (1 shear: timeout)".
 std::string FailuresText(const StudyResults& results) {
-  if (results.failed == 0) return "none failed";
-  std::map<std::string, int> reasons;
+  if (results.failed + results.partial == 0) return "none failed";
+  std::map<std::string, int> whole;
+  std::map<std::string, int> partly;
   for (const EvaluationResult& evaluation : results.history) {
-    if (evaluation.outcome != "ok") ++reasons[evaluation.outcome];
+    if (evaluation.outcome == kPartial) {
+      for (const ExperimentFailure& failure : evaluation.failures) {
+        ++partly[ReadableName(failure.experiment) + ": " + ReadableName(failure.reason)];
+      }
+    } else if (evaluation.outcome != "ok") {
+      ++whole[ReadableName(evaluation.outcome)];
+    }
   }
-  std::string list;
-  for (const auto& [reason, count] : reasons) {
-    list += fmt::format("{}{} {}", list.empty() ? "" : ", ", count, ReadableName(reason));
+  const auto describe = [](int count, const char* what, const std::map<std::string, int>& reasons) {
+    std::vector<std::string> list;
+    for (const auto& [reason, times] : reasons) list.push_back(fmt::format("{} {}", times, reason));
+    return fmt::format("<strong>{} {}</strong>{}", count, what,
+                       list.empty() ? "" : " (" + H(JoinNames(list)) + ")");
+  };
+  std::string text;
+  if (results.partial > 0) text = describe(results.partial, "partly failed", partly);
+  if (results.failed > 0) {
+    text += (text.empty() ? "" : ", ") + describe(results.failed, "failed", whole);
   }
-  return fmt::format("<strong>{} failed</strong>{}", results.failed,
-                     list.empty() ? "" : " (" + H(list) + ")");
+  return text;
 }
 
 std::string CostText(const StudyResults& results) {
@@ -146,7 +186,7 @@ std::string BackendText(const StudyResults& results) {
   std::string text = fmt::format("<strong>{}</strong>", H(results.backend));
   if (!results.backend_version.empty()) text += ", version " + H(results.backend_version);
   if (!results.simulated) return text + ", <strong>no simulation</strong>";
-  if (!results.fidelity.empty()) text += ", fidelity " + H(results.fidelity);
+  if (!results.fidelity.empty()) text += ", fidelity " + H(FidelityText(results));
   if (results.replicates > 1) text += fmt::format(", {} particle seeds", results.replicates);
   return text;
 }
@@ -154,12 +194,14 @@ std::string BackendText(const StudyResults& results) {
 std::string HowCard(const StudyResults& results) {
   int runs = 0;
   int failed_runs = 0;
-  for (const EvaluationResult& evaluation : results.history) {
-    for (const RunResult& run : evaluation.runs) {
+  const auto count = [&](const std::vector<RunResult>& more) {
+    for (const RunResult& run : more) {
       ++runs;
       if (run.reason != "ok") ++failed_runs;
     }
-  }
+  };
+  for (const EvaluationResult& evaluation : results.history) count(evaluation.runs);
+  count(results.transfer.runs);
   std::string evaluations = fmt::format("<strong>{}</strong>: {} ok, {}", results.total, results.ok,
                                         FailuresText(results));
   if (results.cached > 0)
@@ -228,8 +270,19 @@ std::string SummarySection(const StudyResults& results) {
              "<div class=\"cards\">\n",
              kClasses[static_cast<int>(conclusion.kind)], H(conclusion.headline),
              H(conclusion.detail)) +
-         ParametersCard(results) + FitCard(results) + HowCard(results) + CaveatsCard(results) +
-         "</div>\n";
+         ParametersCard(results) + FitCard(results) + TransferCard(results) + HowCard(results) +
+         CaveatsCard(results) + "</div>\n";
+}
+
+std::string FigureElement(const Figure& figure) {
+  const bool wide = figure.key == "parallel" || figure.spec.is_null();
+  return fmt::format(
+      "<figure class=\"{}\" data-figure=\"{}\"{}{}><h3>{}</h3>{}<figcaption>{}</figcaption>"
+      "</figure>\n",
+      wide ? "wide" : "half", H(figure.key),
+      figure.pair >= 0 ? fmt::format(" data-pair=\"{}\"", figure.pair) : "",
+      figure.pair > 0 ? " hidden" : "", H(figure.title),
+      figure.spec.is_null() ? "" : "<div class=\"plot\"></div>", H(figure.caption));
 }
 
 std::string FiguresSection(const std::vector<Figure>& figures,
@@ -245,13 +298,7 @@ std::string FiguresSection(const std::vector<Figure>& figures,
       html += "</select></label></p>\n";
       offered = true;
     }
-    const bool wide = figure.key == "parallel" || figure.spec.is_null();
-    html += fmt::format("<figure class=\"{}\" data-figure=\"{}\"{}{}><h3>{}</h3>",
-                        wide ? "wide" : "half", H(figure.key),
-                        figure.pair >= 0 ? fmt::format(" data-pair=\"{}\"", figure.pair) : "",
-                        figure.pair > 0 ? " hidden" : "", H(figure.title));
-    if (!figure.spec.is_null()) html += "<div class=\"plot\"></div>";
-    html += fmt::format("<figcaption>{}</figcaption></figure>\n", H(figure.caption));
+    html += FigureElement(figure);
   }
   return html +
          "</div>\n<noscript><p>The figures are drawn by JavaScript, which is switched "
@@ -298,9 +345,12 @@ std::string ProvenanceSection(const StudyResults& results) {
     html += Entry("Contact law as run", H(results.law_as_run));
   }
   html += Entry("State", H(results.state));
-  for (const ResponseResult& target : TargetResponses(results)) {
-    if (!target.source.empty()) {
-      html += Entry("Source of " + ReadableName(target.name), H(target.source));
+  std::vector<ResponseResult> compared = TargetResponses(results);
+  compared.insert(compared.end(), results.transfer.responses.begin(),
+                  results.transfer.responses.end());
+  for (const ResponseResult& response : compared) {
+    if (!response.source.empty()) {
+      html += Entry("Source of " + ReadableName(response.name), H(response.source));
     }
   }
   html += Entry("Time", CostText(results));

@@ -17,6 +17,11 @@ std::string SummarySection(const StudyResults& results);
 /// Places for the figures; report.js draws into them.
 std::string FiguresSection(const std::vector<Figure>& figures,
                            const std::vector<std::string>& pairs);
+/// One figure's place.
+std::string FigureElement(const Figure& figure);
+/// What several objectives have to do with each other: statement, `figures`, table of the front;
+/// "" with fewer than two objectives or without a complete evaluation.
+std::string ParetoSection(const StudyResults& results, const std::vector<Figure>& figures);
 /// The table of evaluations, and the simulations behind them.
 std::string EvaluationsSection(const StudyResults& results);
 /// The Pi groups of each experiment.

@@ -60,31 +60,54 @@ void EmitParameters(YAML::Emitter& out, const StudyResults& results, const Evalu
   out << YAML::EndMap;
 }
 
-void EmitFit(YAML::Emitter& out, const EvaluationResult& best) {
-  Key(out, "fit");
-  out << YAML::BeginMap;
-  Number(out, "chi2", best.chi2);
+void EmitResponses(YAML::Emitter& out, const std::vector<ResponseResult>& responses) {
   Key(out, "responses");
   out << YAML::BeginMap;
-  for (const ResponseResult& response : best.responses) {
+  for (const ResponseResult& response : responses) {
     const Fit fit = JudgeFit(response);
     Key(out, response.name.c_str());
     out << YAML::BeginMap;
     Number(out, "simulated", response.simulated);
-    Number(out, "observed", response.observed);
-    Number(out, "sd", response.sd);
     Text(out, "unit", response.unit);
-    Number(out, "deviation", fit.deviation);
-    if (response.tolerance) Number(out, "tolerance", response.tolerance);
-    Key(out, "within");
-    out << fit.within;
+    if (response.was_observed()) {
+      Number(out, "observed", response.observed);
+      Number(out, "sd", response.sd);
+      Number(out, "deviation", fit.deviation);
+      Number(out, "standard_deviations_off", StandardDeviationsOff(response));
+      if (response.tolerance) Number(out, "tolerance", response.tolerance);
+      Key(out, "within");
+      out << fit.within;
+    }
     Key(out, "replicates");
     out << response.replicates;
     if (response.replicates > 1) Number(out, "seed_sd", response.seed_sd);
     if (!response.source.empty()) Text(out, "source", response.source);
     out << YAML::EndMap;
   }
-  out << YAML::EndMap << YAML::EndMap;
+  out << YAML::EndMap;
+}
+
+void EmitFit(YAML::Emitter& out, const EvaluationResult& best) {
+  Key(out, "fit");
+  out << YAML::BeginMap;
+  Number(out, "chi2", best.chi2);
+  EmitResponses(out, best.responses);
+  out << YAML::EndMap;
+}
+
+// What the parameters give where they were not fitted.
+void EmitTransfer(YAML::Emitter& out, const StudyResults& results) {
+  if (results.transfer.experiments.empty()) return;
+  Key(out, "transfer");
+  out << YAML::BeginMap;
+  Text(out, "conclusion", TransferHeadline(results));
+  EmitResponses(out, results.transfer.responses);
+  Key(out, "statements");
+  out << YAML::BeginSeq;
+  for (const std::string& statement : TransferStatements(results)) {
+    out << YAML::DoubleQuoted << statement;
+  }
+  out << YAML::EndSeq << YAML::EndMap;
 }
 
 void EmitProvenance(YAML::Emitter& out, const StudyResults& results, const EvaluationResult* best) {
@@ -99,7 +122,7 @@ void EmitProvenance(YAML::Emitter& out, const StudyResults& results, const Evalu
   Text(out, "version", results.backend_version);
   Key(out, "simulated");
   out << results.simulated << YAML::EndMap;
-  Text(out, "fidelity", results.fidelity);
+  Text(out, "fidelity", FidelityText(results));
   Text(out, "optimizer", results.optimizer);
   Key(out, "study_seed");
   out << results.seed;
@@ -115,6 +138,7 @@ void EmitProvenance(YAML::Emitter& out, const StudyResults& results, const Evalu
   out << YAML::Flow << YAML::BeginMap;
   out << YAML::Key << "total" << YAML::Value << results.total;
   out << YAML::Key << "ok" << YAML::Value << results.ok;
+  out << YAML::Key << "partial" << YAML::Value << results.partial;
   out << YAML::Key << "failed" << YAML::Value << results.failed;
   out << YAML::Key << "cached" << YAML::Value << results.cached << YAML::EndMap;
   Text(out, "state", results.state);
@@ -146,7 +170,10 @@ std::string MaterialCard(const StudyResults& results) {
   Text(out, "mode", results.scaling);
   Text(out, "description", results.scaling_description);
   out << YAML::EndMap;
-  if (best != nullptr) EmitFit(out, *best);
+  if (best != nullptr) {
+    EmitFit(out, *best);
+    EmitTransfer(out, results);
+  }
   EmitProvenance(out, results, best);
   Key(out, "caveats");
   out << YAML::BeginSeq;

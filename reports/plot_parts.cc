@@ -15,11 +15,6 @@ namespace {
 
 using nlohmann::json;
 
-// Symbols in Vega's own path notation, in a square from −1 to 1.
-constexpr char kStar[] =
-    "M0,-1L0.225,-0.309L0.951,-0.309L0.363,0.118L0.588,0.809L0,0.382L-0.588,0.809L-0.363,0.118"
-    "L-0.951,-0.309L-0.225,-0.309Z";
-
 std::string WithUnit(const std::string& text, std::string_view unit) {
   const std::string pretty = PrettyUnit(unit);
   return pretty.empty() ? text : fmt::format("{} ({})", text, pretty);
@@ -117,7 +112,7 @@ json KindChannels(const json& rows, const std::string& initial_fill, const std::
   const Kind kinds[] = {{"initial design", "circle", initial_fill, circle_stroke},
                         {"search", "circle", search_fill, circle_stroke},
                         {"failed", kCrossSymbol, "transparent", "#a3128f"},
-                        {"best", kStar, "#d7191c", "#ffffff"}};
+                        {"best", kStarSymbol, "#d7191c", "#ffffff"}};
   json domain = json::array();
   json shapes = json::array();
   json fills = json::array();
@@ -144,6 +139,19 @@ json KindChannels(const json& rows, const std::string& initial_fill, const std::
            {{"condition", json::array({{{"test", "datum.kind == 'best'"}, {"value", 420}},
                                        {{"test", "datum.kind == 'failed'"}, {"value", 130}}})},
             {"value", 70}}}};
+}
+
+json DecadeScale(double low, double high, json* ticks) {
+  const int first = static_cast<int>(std::floor(std::log10(low) - 0.15));
+  const int last = static_cast<int>(std::ceil(std::log10(high) + 0.15));
+  const int step = std::max(1, (last - first + 7) / 8);
+  *ticks = json::array();
+  for (int decade = first; decade <= last; decade += step) {
+    ticks->push_back(std::pow(10.0, decade));
+  }
+  return {{"type", "log"},
+          {"domain", json::array({std::pow(10.0, first), std::pow(10.0, last)})},
+          {"nice", false}};
 }
 
 double Rounded(double value) { return std::stod(fmt::format("{:.5g}", value)); }

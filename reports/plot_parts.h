@@ -30,10 +30,17 @@ nlohmann::json EvaluationTooltip(const StudyResults& results);
 nlohmann::json KindChannels(const nlohmann::json& rows, const std::string& initial_fill,
                             const std::string& search_fill, const std::string& circle_stroke);
 
+/// A logarithmic scale over whole decades around the values from `low` to `high`, both > 0, and its
+/// ticks, about eight at most.
+nlohmann::json DecadeScale(double low, double high, nlohmann::json* ticks);
+
 /// Five significant digits: data for pictures.
 double Rounded(double value);
 
 /// In Vega's own path notation, in a square from −1 to 1.
+inline constexpr char kStarSymbol[] =
+    "M0,-1L0.225,-0.309L0.951,-0.309L0.363,0.118L0.588,0.809L0,0.382L-0.588,0.809L-0.363,0.118"
+    "L-0.951,-0.309L-0.225,-0.309Z";
 inline constexpr char kCrossSymbol[] = "M-0.75,-0.75L0.75,0.75M-0.75,0.75L0.75,-0.75";
 inline constexpr char kNumberFormat[] = ".6~g";
 

@@ -73,7 +73,7 @@ json ConvergenceLayers(const StudyResults& results, const json& rows, std::size_
 }
 
 // Whole decades around the values, and the level itself.
-json DecadeScale(const json& rows, double level, json* ticks) {
+json Chi2Scale(const json& rows, double level, json* ticks) {
   double low = level;
   double high = level;
   for (const json& row : rows) {
@@ -81,16 +81,7 @@ json DecadeScale(const json& rows, double level, json* ticks) {
     low = std::min(low, row["drawn"].get<double>());
     high = std::max(high, row["drawn"].get<double>());
   }
-  const int first = static_cast<int>(std::floor(std::log10(low) - 0.15));
-  const int last = static_cast<int>(std::ceil(std::log10(high) + 0.15));
-  const int step = std::max(1, (last - first + 7) / 8);
-  *ticks = json::array();
-  for (int decade = first; decade <= last; decade += step) {
-    ticks->push_back(std::pow(10.0, decade));
-  }
-  return {{"type", "log"},
-          {"domain", json::array({std::pow(10.0, first), std::pow(10.0, last)})},
-          {"nice", false}};
+  return DecadeScale(low, high, ticks);
 }
 
 struct Span {
@@ -283,7 +274,7 @@ Figure ConvergenceFigure(const StudyResults& results) {
   x["axis"] = {{"tickMinStep", 1}, {"format", "d"}, {"grid", false}};
   json y = Quantitative("drawn", "χ² (logarithmic)");
   json ticks;
-  y["scale"] = DecadeScale(rows, static_cast<double>(targets), &ticks);
+  y["scale"] = Chi2Scale(rows, static_cast<double>(targets), &ticks);
   y["axis"] = {{"values", std::move(ticks)}, {"format", "~g"}};
   figure.spec = {{"width", "container"},
                  {"height", 340},
@@ -292,7 +283,11 @@ Figure ConvergenceFigure(const StudyResults& results) {
   figure.caption =
       "χ² of every evaluation: the sum over the responses of (simulated − observed)² over the "
       "variance. Line: χ² of the best point so far.";
-  if (results.failed > 0) figure.caption += " Crosses at the top: evaluations that failed.";
+  if (results.failed + results.partial > 0) {
+    figure.caption += results.partial == 0
+                          ? " Crosses at the top: evaluations that failed."
+                          : " Crosses at the top: evaluations that failed, wholly or in part.";
+  }
   return figure;
 }
 
@@ -373,6 +368,20 @@ std::vector<Figure> FitFigures(const StudyResults& results) {
     figures.push_back(std::move(figure));
   }
   return figures;
+}
+
+std::vector<Figure> TransferFigures(const StudyResults& results) {
+  std::vector<ResponseResult> compared;
+  for (const ResponseResult& response : results.transfer.responses) {
+    if (response.was_observed()) compared.push_back(response);
+  }
+  if (compared.size() < 2) return {};
+  Figure figure{.key = "transfer", .title = "Deviation of what was not fitted"};
+  figure.caption =
+      "Simulated minus observed at the best point, in standard deviations of the observation, of "
+      "the experiments that took no part in the calibration.";
+  figure.spec = DeviationSpec(compared);
+  return {figure};
 }
 
 }  // namespace powdercal

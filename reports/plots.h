@@ -29,8 +29,16 @@ std::vector<std::string> ParameterPairs(const StudyResults& results);
 /// With more than three parameters: every evaluation as a line across them; else empty.
 std::vector<Figure> ParallelFigures(const StudyResults& results);
 
+/// With two objectives: the misfit of every evaluation in the one over that in the other, the front
+/// marked; with more: a line for each evaluation across the objectives. Else empty, and so without
+/// a complete evaluation.
+std::vector<Figure> ParetoFigures(const StudyResults& results);
+
 /// With two targets or more: simulated against observed at the best point, one figure for each
 /// unit.
 std::vector<Figure> FitFigures(const StudyResults& results);
+
+/// With two or more observed responses of experiments that were not fitted: their deviations.
+std::vector<Figure> TransferFigures(const StudyResults& results);
 
 }  // namespace powdercal

@@ -45,14 +45,26 @@ json Targets(const StudyResults& results) {
   return list;
 }
 
+json Experiments(const StudyResults& results) {
+  json list = json::array();
+  for (const ExperimentResult& experiment : results.experiments) {
+    list.push_back({{"name", experiment.name},
+                    {"fidelity", experiment.fidelity},
+                    {"calibrated", experiment.calibrated}});
+  }
+  return list;
+}
+
 json StudyObject(const StudyResults& results) {
   return {{"name", results.study},
+          {"objective", results.objectives.empty() ? "joint" : "pareto"},
           {"description", results.description},
           {"powder", results.powder},
           {"fingerprint", results.fingerprint},
           {"seed", results.seed},
           {"parameters", Parameters(results.parameters)},
           {"targets", Targets(results)},
+          {"experiments", Experiments(results)},
           {"contact_law", results.law},
           {"scaling", {{"mode", results.scaling}, {"description", results.scaling_description}}}};
 }
@@ -67,50 +79,85 @@ json FittedResponses(const std::vector<ResponseResult>& responses) {
   json object = json::object();
   for (const ResponseResult& response : responses) {
     const Fit fit = JudgeFit(response);
+    const bool observed = response.was_observed();
     object[response.name] = {{"simulated", Number(response.simulated)},
                              {"seed_sd", Number(response.seed_sd)},
                              {"replicates", response.replicates},
-                             {"observed", Number(response.observed)},
-                             {"sd", Number(response.sd)},
+                             {"observed", observed ? Number(response.observed) : json(nullptr)},
+                             {"sd", observed ? Number(response.sd) : json(nullptr)},
                              {"unit", response.unit},
                              {"deviation", Number(fit.deviation)},
+                             {"standard_deviations_off", Number(StandardDeviationsOff(response))},
                              {"tolerance", Number(response.tolerance)},
-                             {"within", fit.within},
+                             {"within", observed ? json(fit.within) : json(nullptr)},
                              {"source", response.source}};
   }
   return object;
 }
 
-json FittedPoint(const EvaluationResult& evaluation) {
-  return {{"evaluation", evaluation.id},
-          {"parameters", Numbers(evaluation.parameters)},
-          {"responses", FittedResponses(evaluation.responses)},
-          {"chi2", Number(evaluation.chi2)}};
+json Failures(const std::vector<ExperimentFailure>& failures) {
+  json list = json::array();
+  for (const ExperimentFailure& failure : failures) {
+    list.push_back({{"experiment", failure.experiment},
+                    {"outcome", failure.reason},
+                    {"message", failure.message},
+                    {"failed_runs", failure.failed_runs},
+                    {"runs", failure.runs}});
+  }
+  return list;
+}
+
+// Adds `objectives`, keyed by experiment, where a study has them.
+void AddObjectives(const StudyResults& results, const EvaluationResult& evaluation, json& object) {
+  for (std::size_t o = 0; o < results.objectives.size(); ++o) {
+    const ObjectiveResult& objective = evaluation.objectives[o];
+    object["objectives"][results.objectives[o]] = {{"chi2", Number(objective.chi2)},
+                                                   {"misfit", Number(objective.misfit)}};
+  }
+}
+
+json FittedPoint(const StudyResults& results, const EvaluationResult& evaluation) {
+  json point = {{"evaluation", evaluation.id},
+                {"parameters", Numbers(evaluation.parameters)},
+                {"responses", FittedResponses(evaluation.responses)},
+                {"chi2", Number(evaluation.chi2)}};
+  AddObjectives(results, evaluation, point);
+  return point;
 }
 
 json Pareto(const StudyResults& results) {
   json list = json::array();
   for (const std::size_t index : results.pareto) {
-    if (index < results.history.size()) list.push_back(FittedPoint(results.history[index]));
+    if (index < results.history.size())
+      list.push_back(FittedPoint(results, results.history[index]));
   }
   return list;
 }
 
 // Compared bit for bit between an interrupted and an uninterrupted study.
-json HistoryEntry(const EvaluationResult& evaluation) {
+json HistoryEntry(const StudyResults& results, const EvaluationResult& evaluation) {
   json responses = json::object();
   for (const ResponseResult& response : evaluation.responses) {
     responses[response.name] = {{"simulated", Number(response.simulated)},
                                 {"seed_sd", Number(response.seed_sd)},
                                 {"replicates", response.replicates}};
   }
-  return {{"evaluation", evaluation.id},
-          {"parameters", Numbers(evaluation.parameters)},
-          {"origin", evaluation.origin},
-          {"outcome", evaluation.outcome},
-          {"responses", std::move(responses)},
-          {"chi2", Number(evaluation.chi2)},
-          {"best_chi2", Number(evaluation.best_chi2)}};
+  json entry = {{"evaluation", evaluation.id},
+                {"parameters", Numbers(evaluation.parameters)},
+                {"origin", evaluation.origin},
+                {"outcome", evaluation.outcome},
+                {"responses", std::move(responses)},
+                {"chi2", Number(evaluation.chi2)},
+                {"best_chi2", Number(evaluation.best_chi2)}};
+  AddObjectives(results, evaluation, entry);
+  return entry;
+}
+
+json BestPoint(const StudyResults& results, const EvaluationResult& best) {
+  json point = FittedPoint(results, best);
+  point["transfer"] = FittedResponses(results.transfer.responses);
+  point["transfer_failures"] = Failures(results.transfer.failures);
+  return point;
 }
 
 json RunEntry(const EvaluationResult& evaluation, const RunResult& run) {
@@ -154,13 +201,17 @@ json ResultsToJson(const StudyResults& results) {
   json failures = json::array();
   json runs = json::array();
   for (const EvaluationResult& evaluation : results.history) {
-    history.push_back(HistoryEntry(evaluation));
+    history.push_back(HistoryEntry(results, evaluation));
     if (evaluation.outcome != "ok") {
       failures.push_back({{"evaluation", evaluation.id},
                           {"outcome", evaluation.outcome},
-                          {"message", evaluation.message}});
+                          {"message", evaluation.message},
+                          {"experiments", Failures(evaluation.failures)}});
     }
     for (const RunResult& run : evaluation.runs) runs.push_back(RunEntry(evaluation, run));
+  }
+  if (best != nullptr) {
+    for (const RunResult& run : results.transfer.runs) runs.push_back(RunEntry(*best, run));
   }
   const std::optional<double> overhead =
       results.wall_seconds > 0 ? std::optional(results.overhead_seconds / results.wall_seconds)
@@ -178,9 +229,10 @@ json ResultsToJson(const StudyResults& results) {
       {"evaluations",
        {{"total", results.total},
         {"ok", results.ok},
+        {"partial", results.partial},
         {"failed", results.failed},
         {"cached", results.cached}}},
-      {"best", best ? FittedPoint(*best) : json(nullptr)},
+      {"best", best ? BestPoint(results, *best) : json(nullptr)},
       {"pareto", Pareto(results)},
       {"history", std::move(history)},
       {"failures", std::move(failures)},

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
+#include <utility>
 
 #include "reports/text.h"
 
@@ -38,6 +40,14 @@ std::string ResponseTitle(const ResponseResult& response, const std::vector<Resp
   });
   if (same < 2) return name;
   return name + " of " + response.name.substr(0, response.name.rfind('.'));
+}
+
+// "void ratio of consolidation".
+std::string QualifiedTitle(const ResponseResult& response) {
+  const std::size_t dot = response.name.rfind('.');
+  const std::string name = ReadableName(response.name);
+  return dot == std::string::npos ? name
+                                  : name + " of " + ReadableName(response.name.substr(0, dot));
 }
 
 // A parameter within 1 % of the end of its searched range, or "".
@@ -79,10 +89,72 @@ void AddFitCaveats(const StudyResults& results, const EvaluationResult& best,
   }
 }
 
+// Where the parameters have been tried on something else, and failed.
+void AddTransferCaveats(const StudyResults& results, std::vector<std::string>& caveats) {
+  const auto& responses = results.transfer.responses;
+  const bool missed =
+      std::any_of(responses.begin(), responses.end(), [](const ResponseResult& response) {
+        return response.was_observed() && !JudgeFit(response).within;
+      });
+  if (missed) caveats.push_back(TransferHeadline(results));
+  if (!missed && !results.transfer.failures.empty()) {
+    caveats.push_back(fmt::format("At the best point {} failed, which was not fitted.",
+                                  ReadableName(results.transfer.failures.front().experiment)));
+  }
+}
+
+bool BelongsTo(const ResponseResult& response, const std::string& experiment) {
+  return response.name.starts_with(experiment + ".");
+}
+
+double Misfit(const EvaluationResult& evaluation, std::size_t objective) {
+  return evaluation.objectives[objective].misfit.value_or(std::numeric_limits<double>::infinity());
+}
+
+double TotalMisfit(const EvaluationResult& evaluation) {
+  double sum = 0;
+  for (std::size_t o = 0; o < evaluation.objectives.size(); ++o) sum += Misfit(evaluation, o);
+  return sum;
+}
+
+// The point of the front that serves an objective best; of equals, the one that serves all best.
+const EvaluationResult& BestOf(const StudyResults& results, std::size_t objective) {
+  const auto best = std::min_element(
+      results.pareto.begin(), results.pareto.end(), [&](std::size_t a, std::size_t b) {
+        const EvaluationResult& first = results.history[a];
+        const EvaluationResult& second = results.history[b];
+        return std::pair(Misfit(first, objective), TotalMisfit(first)) <
+               std::pair(Misfit(second, objective), TotalMisfit(second));
+      });
+  return results.history[*best];
+}
+
+// What it costs the others to fit one objective best: the one that loses most, or "".
+std::string PriceOf(const StudyResults& results, std::size_t objective, const char* separator) {
+  const EvaluationResult& here = BestOf(results, objective);
+  std::size_t loser = objective;
+  double loss = 0;
+  for (std::size_t o = 0; o < results.objectives.size(); ++o) {
+    const double difference = Misfit(here, o) - Misfit(BestOf(results, o), o);
+    if (difference > loss) {
+      loss = difference;
+      loser = o;
+    }
+  }
+  if (loser == objective) return "";
+  const EvaluationResult& there = BestOf(results, loser);
+  return fmt::format(
+      "{}Where {} fits best (evaluation {}), the misfit of {} is {} instead of {} (evaluation {}).",
+      separator, ReadableName(results.objectives[objective]), here.id,
+      ReadableName(results.objectives[loser]), NumberText(Misfit(here, loser), 3),
+      NumberText(Misfit(there, loser), 3), there.id);
+}
+
 }  // namespace
 
 Fit JudgeFit(const ResponseResult& response) {
   Fit fit;
+  if (!response.was_observed()) return fit;
   fit.has_tolerance = response.tolerance.has_value();
   const double seed_variance =
       response.replicates > 1 ? response.seed_sd * response.seed_sd / response.replicates : 0;
@@ -92,6 +164,72 @@ Fit JudgeFit(const ResponseResult& response) {
   fit.deviation = *response.simulated - response.observed;
   fit.within = std::abs(*fit.deviation) < fit.limit;
   return fit;
+}
+
+std::optional<double> StandardDeviationsOff(const ResponseResult& response) {
+  if (!response.simulated || !response.was_observed()) return std::nullopt;
+  const double seed_variance =
+      response.replicates > 1 ? response.seed_sd * response.seed_sd / response.replicates : 0;
+  return (*response.simulated - response.observed) /
+         std::sqrt(response.sd * response.sd + seed_variance);
+}
+
+std::string TransferHeadline(const StudyResults& results) {
+  const TransferResult& transfer = results.transfer;
+  if (transfer.experiments.empty()) return "";
+  int observed = 0;
+  int within = 0;
+  for (const ResponseResult& response : transfer.responses) {
+    if (!response.was_observed()) continue;
+    ++observed;
+    if (JudgeFit(response).within) ++within;
+  }
+  std::vector<std::string> names;
+  for (const std::string& name : transfer.experiments) names.push_back(ReadableName(name));
+  const std::string where = Enumerated(names);
+  const std::string fitted = names.size() == 1 ? "it was not fitted" : "they were not fitted";
+  if (observed == 0) {
+    return fmt::format("Evaluated on {} as well ({}); nothing was observed to compare with.", where,
+                       fitted);
+  }
+  const std::string compared = CountText(observed, "response");
+  if (within == observed) {
+    return fmt::format(
+        "Transfers to {} ({}): {} as observed.", where, fitted,
+        observed == 1 ? "its response comes out" : fmt::format("all {} come out", compared));
+  }
+  return fmt::format("Does not transfer to {} ({}): {} of {} as observed.", where, fitted,
+                     within == 0 ? "none" : fmt::format("{}", within), compared);
+}
+
+std::vector<std::string> TransferStatements(const StudyResults& results) {
+  std::vector<std::string> statements;
+  for (const ResponseResult& response : results.transfer.responses) {
+    const std::optional<double> off = StandardDeviationsOff(response);
+    if (!off) continue;
+    statements.push_back(fmt::format(
+        "{}: {} against {} ± {} observed, {} standard deviations too {}; it {}.",
+        Capitalised(QualifiedTitle(response)), ValueText(*response.simulated, response.unit),
+        ValueText(response.observed, response.unit), ValueText(response.sd, response.unit, 2),
+        NumberText(std::abs(*off), 2), *off < 0 ? "low" : "high",
+        JudgeFit(response).within ? "agrees" : "does not agree"));
+  }
+  for (const ExperimentFailure& failure : results.transfer.failures) {
+    statements.push_back(Sentence(fmt::format("{} gave no value in {} of {}, {}: {}",
+                                              ReadableName(failure.experiment), failure.failed_runs,
+                                              CountText(failure.runs, "run"),
+                                              ReadableName(failure.reason), failure.message)));
+  }
+  return statements;
+}
+
+std::string FidelityText(const StudyResults& results) {
+  std::string text = results.fidelity;
+  for (const ExperimentResult& experiment : results.experiments) {
+    if (experiment.fidelity == results.fidelity) continue;
+    text += fmt::format("; {}: {}", ReadableName(experiment.name), experiment.fidelity);
+  }
+  return text;
 }
 
 const EvaluationResult* BestEvaluation(const StudyResults& results) {
@@ -126,8 +264,10 @@ Conclusion Conclude(const StudyResults& results) {
   const EvaluationResult* best = BestEvaluation(results);
   if (best == nullptr) {
     conclusion.headline =
-        results.total == 0
-            ? "Nothing was calibrated: no evaluation has ended yet."
+        results.total == 0 ? "Nothing was calibrated: no evaluation has ended yet."
+        : results.partial > 0
+            ? fmt::format("Nothing was calibrated: of {} none gave every response.",
+                          CountText(results.total, "evaluation"))
             : fmt::format("Nothing was calibrated: {}.",
                           results.total == 1
                               ? std::string("the only evaluation failed")
@@ -163,6 +303,68 @@ Conclusion Conclude(const StudyResults& results) {
   return conclusion;
 }
 
+bool FitsObjective(const StudyResults& results, const EvaluationResult& evaluation,
+                   std::size_t objective) {
+  return std::all_of(evaluation.responses.begin(), evaluation.responses.end(),
+                     [&](const ResponseResult& response) {
+                       return !BelongsTo(response, results.objectives[objective]) ||
+                              JudgeFit(response).within;
+                     });
+}
+
+int TargetCount(const StudyResults& results, std::size_t objective) {
+  const std::vector<ResponseResult> targets = TargetResponses(results);
+  return static_cast<int>(
+      std::count_if(targets.begin(), targets.end(), [&](const ResponseResult& response) {
+        return BelongsTo(response, results.objectives[objective]);
+      }));
+}
+
+Compatibility JudgeCompatibility(const StudyResults& results) {
+  const std::size_t count = results.objectives.size();
+  if (count < 2 || results.pareto.empty()) return {};
+  std::vector<std::string> names;
+  for (const std::string& objective : results.objectives) names.push_back(ReadableName(objective));
+  const EvaluationResult* together = nullptr;
+  std::vector<bool> fitted(count, false);
+  for (const EvaluationResult& evaluation : results.history) {
+    bool all = true;
+    for (std::size_t o = 0; o < count; ++o) {
+      const bool fits = FitsObjective(results, evaluation, o);
+      fitted[o] = fitted[o] || fits;
+      all = all && fits;
+    }
+    if (all && (together == nullptr || TotalMisfit(evaluation) < TotalMisfit(*together))) {
+      together = &evaluation;
+    }
+  }
+  if (together != nullptr) {
+    return {.together = true,
+            .statement = fmt::format("{} can be fitted together: evaluation {} does.",
+                                     Capitalised(Enumerated(names)), together->id)};
+  }
+  std::string statement;
+  for (std::size_t o = 0; o < count; ++o) {
+    if (fitted[o]) continue;
+    statement += fmt::format(
+        "{}No evaluation fits {}, even without regard to the rest: its lowest misfit is {} over "
+        "{}.",
+        statement.empty() ? "" : " ", names[o], NumberText(Misfit(BestOf(results, o), o), 3),
+        CountText(TargetCount(results, o), "response"));
+  }
+  if (statement.empty()) {
+    statement = fmt::format(
+        "{} contradict each other as far as was searched: each is fitted by some evaluation, and "
+        "none fits {}.",
+        Capitalised(Enumerated(names)), count == 2 ? "both" : "all");
+  }
+  std::string detail;
+  for (std::size_t o = 0; o < count; ++o) {
+    detail += PriceOf(results, o, detail.empty() ? "" : " ");
+  }
+  return {false, statement, detail};
+}
+
 std::string NoSimulationNotice(const StudyResults& results) {
   if (results.simulated) return "";
   return fmt::format(
@@ -182,6 +384,11 @@ std::vector<std::string> Caveats(const StudyResults& results) {
     caveats.push_back(fmt::format("The study is {}: the result is provisional.", results.state));
   }
   if (best != nullptr) AddFitCaveats(results, *best, caveats);
+  AddTransferCaveats(results, caveats);
+  const Compatibility compatibility = JudgeCompatibility(results);
+  if (!compatibility.together && !compatibility.statement.empty()) {
+    caveats.push_back(compatibility.statement);
+  }
   for (const ScalingTable& table : results.scaling_tables) {
     for (const GroupComparison& group : table.groups) {
       if (group.verdict != GroupComparison::Verdict::violated) continue;

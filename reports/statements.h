@@ -20,6 +20,19 @@ struct Fit {
 /// difference: 2 √(sd² + seed_sd²/replicates).
 Fit JudgeFit(const ResponseResult& response);
 
+/// (simulated − observed)/√(sd² + seed_sd²/replicates); empty where either is missing.
+std::optional<double> StandardDeviationsOff(const ResponseResult& response);
+
+/// What the best point gives on experiments that were not calibrated: how many of the observed
+/// responses it meets; "" where it was evaluated on none.
+std::string TransferHeadline(const StudyResults& results);
+/// A sentence on each of these responses that was observed, by how many standard deviations it is
+/// off; and on each experiment that failed, why.
+std::vector<std::string> TransferStatements(const StudyResults& results);
+
+/// "quick", "quick; shear: standard".
+std::string FidelityText(const StudyResults& results);
+
 /// The best evaluation, or nullptr.
 const EvaluationResult* BestEvaluation(const StudyResults& results);
 
@@ -40,6 +53,22 @@ struct Conclusion {
   std::string detail;    ///< why the study ended
 };
 Conclusion Conclude(const StudyResults& results);
+
+/// Of a study with several objectives: whether its experiments can be fitted together.
+struct Compatibility {
+  bool together = false;  ///< an evaluation fits every response of every experiment
+  /// "Consolidation and shear contradict each other as far as was searched: …"; empty with fewer
+  /// than two objectives or without a complete evaluation.
+  std::string statement;
+  std::string detail;  ///< what each experiment's best fit costs the others
+};
+Compatibility JudgeCompatibility(const StudyResults& results);
+
+/// Whether the evaluation fits all responses of an objective, by JudgeFit.
+bool FitsObjective(const StudyResults& results, const EvaluationResult& evaluation,
+                   std::size_t objective);
+/// Number of targets of an objective.
+int TargetCount(const StudyResults& results, std::size_t objective);
 
 /// "no simulation was run: …", or "" when simulations were.
 std::string NoSimulationNotice(const StudyResults& results);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <array>
 #include <cassert>
 #include <vector>
@@ -19,6 +20,11 @@ std::string ExplainModulus(double simulation, const std::optional<double>& powde
       "the simulation's Young's modulus ({}) is above the powder's ({}); scaling may only soften "
       "the particles",
       HumanQuantity(simulation, "Pa"), HumanQuantity(*powder, "Pa"));
+}
+
+bool AnyStress(std::span<const Conditions> experiments) {
+  return std::any_of(experiments.begin(), experiments.end(),
+                     [](const Conditions& conditions) { return conditions.stress.has_value(); });
 }
 
 class NoScaling final : public Scaling {
@@ -84,14 +90,14 @@ class GivenScaling final : public Scaling {
       return "mode 'given' states nothing that differs from the experiment; give young_modulus, "
              "stress, stress_ratio, gravity, velocity or shear_rate, or use mode 'none'";
     }
-    if (stress_ && !experiment.stress) {
-      return fmt::format(
-          "a stress of {} is given for the simulation, but the experiment applies none; give "
-          "stress_ratio instead, which acts only where there is a stress",
-          HumanQuantity(*stress_, "Pa"));
-    }
     if (young_modulus_) return ExplainModulus(*young_modulus_, experiment.young_modulus);
     return "";
+  }
+
+  std::string ExplainWithoutEffect(std::span<const Conditions> experiments) const override {
+    if (!stress_ || AnyStress(experiments)) return "";
+    return fmt::format("a stress of {} is given for the simulation, but no experiment applies one",
+                       HumanQuantity(*stress_, "Pa"));
   }
 
   Conditions ToSimulation(const Conditions& experiment) const override {
@@ -99,7 +105,7 @@ class GivenScaling final : public Scaling {
     Conditions simulation = experiment;
     if (young_modulus_) simulation.young_modulus = young_modulus_;
     if (gravity_) simulation.gravity = gravity_;
-    if (stress_) simulation.stress = stress_;
+    if (stress_ && experiment.stress) simulation.stress = stress_;
     if (stress_ratio_ && experiment.stress) {
       simulation.stress = *experiment.stress * *stress_ratio_;
     }
@@ -148,17 +154,21 @@ class SigmaOverEScaling final : public Scaling {
     if (!experiment.young_modulus) {
       return "mode 'sigma_over_e' needs the powder's own Young's modulus (material.young_modulus)";
     }
-    if (!experiment.stress) {
-      return "mode 'sigma_over_e' needs an applied stress, and the experiment has none";
-    }
     return ExplainModulus(*young_modulus_, experiment.young_modulus);
+  }
+
+  std::string ExplainWithoutEffect(std::span<const Conditions> experiments) const override {
+    if (AnyStress(experiments)) return "";
+    return "mode 'sigma_over_e' needs an applied stress, and no experiment has one";
   }
 
   Conditions ToSimulation(const Conditions& experiment) const override {
     assert(ExplainUnsupported(experiment).empty());
     Conditions simulation = experiment;
     simulation.young_modulus = young_modulus_;
-    simulation.stress = *experiment.stress * (*young_modulus_ / *experiment.young_modulus);
+    if (experiment.stress) {
+      simulation.stress = *experiment.stress * (*young_modulus_ / *experiment.young_modulus);
+    }
     return simulation;
   }
 

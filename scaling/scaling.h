@@ -15,11 +15,12 @@ namespace powdercal {
 ///   none          simulation = experiment.
 ///   given         the study states what differs; all else stays. Options, all optional, at least
 ///   one:
-///                 young_modulus, gravity; stress (the same for every experiment of the study) or
-///                 stress_ratio (simulation/experiment, for studies with several stresses), not
+///                 young_modulus, gravity; stress (the same for every experiment that applies one)
+///                 or stress_ratio (simulation/experiment, for studies with several stresses), not
 ///                 both; velocity and shear_rate (used where an experiment has one).
-///   sigma_over_e  option young_modulus, required; the stress follows from sigma1/E1 = sigma0/E0
-///                 (the seed paper, Eq. 3–5). Gravity, cohesion and speeds are not scaled.
+///   sigma_over_e  option young_modulus, required; the stress, where there is one, follows from
+///                 sigma1/E1 = sigma0/E0 (the seed paper, Eq. 3–5). Gravity, cohesion and speeds
+///                 are not scaled.
 ///
 /// The three modes carry the powder's cohesion and rolling friction over unchanged; whoever knows
 /// the simulation's contact law then puts in the values that it runs with.
@@ -36,6 +37,11 @@ class Scaling {
 
   /// "" if the mode can treat these conditions, else what is missing or contradictory.
   virtual std::string ExplainUnsupported(const Conditions& experiment) const = 0;
+
+  /// "" if every option acts on at least one of a study's experiments, else which does not.
+  virtual std::string ExplainWithoutEffect(std::span<const Conditions> /*experiments*/) const {
+    return "";
+  }
 
   /// The simulation's conditions. Requires ExplainUnsupported(experiment) == "".
   virtual Conditions ToSimulation(const Conditions& experiment) const = 0;

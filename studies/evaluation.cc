@@ -1,7 +1,11 @@
 #include "studies/evaluation.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <limits>
+
+#include "optimizers/pareto.h"
 
 namespace powdercal {
 
@@ -56,16 +60,29 @@ Eigen::VectorXd VarianceOfMeans(const ReducedResponses& point, const Eigen::Vect
 }
 
 double ExpectedMisfit(const Objectives& objectives, const ReducedResponses& point,
-                      const Eigen::VectorXd& pooled) {
-  if (!point.complete()) return std::numeric_limits<double>::infinity();
+                      const Eigen::VectorXd& pooled, int objective) {
   const Eigen::VectorXd variances = VarianceOfMeans(point, pooled);
   double sum = 0;
   for (Eigen::Index t = 0; t < point.means.size(); ++t) {
     const Target& target = objectives.targets[static_cast<std::size_t>(t)];
+    if (objective >= 0 && target.objective != objective) continue;
+    if (point.counts[t] == 0) return std::numeric_limits<double>::infinity();
     const double deviation = point.means[t] - target.value;
     sum += (deviation * deviation + variances[t]) / (target.sd * target.sd);
   }
   return sum;
+}
+
+std::vector<std::size_t> ParetoFront(const Objectives& objectives,
+                                     const std::vector<ReducedResponses>& points,
+                                     const Eigen::VectorXd& pooled) {
+  Eigen::MatrixXd misfits(static_cast<Eigen::Index>(points.size()), ObjectiveCount(objectives));
+  for (Eigen::Index i = 0; i < misfits.rows(); ++i) {
+    for (int o = 0; o < misfits.cols(); ++o) {
+      misfits(i, o) = ExpectedMisfit(objectives, points[static_cast<std::size_t>(i)], pooled, o);
+    }
+  }
+  return NonDominated(misfits);
 }
 
 bool WithinTolerance(const Study& study, const ReducedResponses& point) {
@@ -80,11 +97,36 @@ bool WithinTolerance(const Study& study, const ReducedResponses& point) {
   return any;
 }
 
-Outcome FailureOf(const std::vector<const LedgerRun*>& runs) {
+ExperimentFailure FailureOf(const std::string& experiment, const std::string& missing,
+                            const std::vector<const LedgerRun*>& runs) {
+  ExperimentFailure failure{.experiment = experiment, .reason = kNoValue};
   for (const LedgerRun* run : runs) {
-    if (!run->outcome.ok()) return run->outcome;
+    if (run->experiment != experiment) continue;
+    ++failure.runs;
+    if (run->outcome.ok()) continue;
+    if (failure.failed_runs++ > 0) continue;
+    failure.reason = ToString(run->outcome.reason);
+    failure.message = run->outcome.message;
   }
-  return {};
+  if (failure.failed_runs == 0 && failure.runs > 0) {
+    failure.message = fmt::format("the simulations gave no {}", missing);
+  }
+  return failure;
+}
+
+std::vector<ExperimentFailure> FailuresOf(const Objectives& objectives,
+                                          const ReducedResponses& point,
+                                          const std::vector<const LedgerRun*>& runs) {
+  std::vector<ExperimentFailure> failures;
+  for (std::size_t t = 0; t < objectives.targets.size(); ++t) {
+    if (point.counts[static_cast<Eigen::Index>(t)] > 0) continue;
+    const std::string& name = objectives.targets[t].response;
+    const std::size_t dot = name.find('.');
+    const std::string experiment = name.substr(0, dot);
+    if (!failures.empty() && failures.back().experiment == experiment) continue;
+    failures.push_back(FailureOf(experiment, name.substr(dot + 1), runs));
+  }
+  return failures;
 }
 
 }  // namespace powdercal

@@ -36,7 +36,7 @@ Conditions Planner::Laboratory(std::size_t experiment) const {
                         .surface_energy = powder.surface_energy,
                         .restitution = powder.restitution,
                         .friction = powder.particle_friction};
-  study_.experiments[experiment].experiment->DescribeConditions(study_.backend.fidelity,
+  study_.experiments[experiment].experiment->DescribeConditions(study_.FidelityOf(experiment),
                                                                 conditions);
   return conditions;
 }
@@ -59,8 +59,8 @@ Conditions Planner::Simulation(std::size_t experiment,
   simulation.friction = contact.friction;
   simulation.rolling_friction = contact.rolling_friction;
   simulation.time_step = study_.numerics.TimeStep(powder);
-  study_.experiments[experiment].experiment->DescribeSimulation(powder, study_.backend.fidelity,
-                                                                simulation);
+  study_.experiments[experiment].experiment->DescribeSimulation(
+      powder, study_.FidelityOf(experiment), simulation);
   return simulation;
 }
 
@@ -85,25 +85,40 @@ SimulatedPowder Planner::MakePowder(const Conditions& simulation,
   return powder;
 }
 
-std::vector<PlannedRun> Planner::Plan(const std::vector<double>& parameters, int replicate,
-                                      std::optional<std::uint64_t> seed) const {
+std::string Planner::ExplainUnplanned(std::size_t experiment) const {
+  const StudyExperiment& entry = study_.experiments[experiment];
+  std::string reason = study_.scaling->ExplainUnsupported(Laboratory(experiment));
+  if (!reason.empty()) {
+    return fmt::format("scaling '{}' of {}: {}", study_.scaling->name(), entry.name(), reason);
+  }
+  reason =
+      entry.experiment->ExplainUnsupported(MakePowder(Simulation(experiment, Centre()), Centre()));
+  return reason.empty() ? "" : fmt::format("{}: {}", entry.name(), reason);
+}
+
+PlannedRun Planner::PlanExperiment(std::size_t experiment, const std::vector<double>& parameters,
+                                   int replicate, std::optional<std::uint64_t> seed) const {
+  const Experiment& test = *study_.experiments[experiment].experiment;
+  const Conditions simulation = Simulation(experiment, parameters);
+  PlannedRun run{.experiment = experiment, .replicate = replicate};
+  run.seed = seed.value_or(ParticleSeed(study_, parameters, replicate));
+  run.program = test.Plan(MakePowder(simulation, parameters), simulation, study_.numerics,
+                          study_.FidelityOf(experiment), run.seed);
+  run.program.experiment = test.name();
+  for (std::size_t p = 0; p < parameters.size(); ++p) {
+    run.program.parameters[study_.space.parameters[p].name] = parameters[p];
+  }
+  run.program_hash = run.program.Hash();
+  const Backend& backend = *study_.backend.backend;
+  run.key = Sha256(fmt::format("{}\n{}\n{}\n{}", run.program_hash, backend.name(),
+                               availability_.version, backend.Fingerprint()));
+  return run;
+}
+
+std::vector<PlannedRun> Planner::Plan(const std::vector<double>& parameters, int replicate) const {
   std::vector<PlannedRun> runs;
-  for (std::size_t i = 0; i < study_.experiments.size(); ++i) {
-    const Conditions simulation = Simulation(i, parameters);
-    PlannedRun run{.experiment = i, .replicate = replicate};
-    run.seed = seed.value_or(ParticleSeed(study_, parameters, replicate));
-    run.program =
-        study_.experiments[i].experiment->Plan(MakePowder(simulation, parameters), simulation,
-                                               study_.numerics, study_.backend.fidelity, run.seed);
-    run.program.experiment = study_.experiments[i].experiment->name();
-    for (std::size_t p = 0; p < parameters.size(); ++p) {
-      run.program.parameters[study_.space.parameters[p].name] = parameters[p];
-    }
-    run.program_hash = run.program.Hash();
-    const Backend& backend = *study_.backend.backend;
-    run.key = Sha256(fmt::format("{}\n{}\n{}\n{}", run.program_hash, backend.name(),
-                                 availability_.version, backend.Fingerprint()));
-    runs.push_back(std::move(run));
+  for (const std::size_t i : study_.CalibratedExperiments()) {
+    runs.push_back(PlanExperiment(i, parameters, replicate));
   }
   return runs;
 }
@@ -114,19 +129,24 @@ std::vector<double> Planner::Centre() const {
   return {values.begin(), values.end()};
 }
 
-std::vector<std::string> Planner::Warnings() const {
+std::vector<std::string> Planner::Warnings(const std::vector<std::size_t>& evaluate_also) const {
   std::vector<std::string> warnings = study_.warnings;
-  if (!study_.backend.backend->simulates() || !ExplainUnsupported().empty()) return warnings;
-  for (const PlannedRun& run : Plan(Centre(), 0)) {
-    const Materials& m = run.program.materials;
+  std::vector<std::size_t> experiments = study_.CalibratedExperiments();
+  experiments.insert(experiments.end(), evaluate_also.begin(), evaluate_also.end());
+  if (!study_.backend.backend->simulates() || !ExplainUnsupported(experiments).empty()) {
+    return warnings;
+  }
+  for (const std::size_t i : experiments) {
+    const Program program = PlanExperiment(i, Centre(), 0).program;
+    const Materials& m = program.materials;
     const double fraction =
-        run.program.time_step / RayleighTime(study_.powder.sizes.Quantile(0) / 2, m.density,
-                                             m.young_modulus, m.poisson_ratio);
+        program.time_step / RayleighTime(study_.powder.sizes.Quantile(0) / 2, m.density,
+                                         m.young_modulus, m.poisson_ratio);
     if (fraction <= 0.4) continue;
     warnings.push_back(
         fmt::format("{}: the time step is {:.2g} Rayleigh times of the smallest "
                     "particle; beyond 0.4 runs blow up",
-                    run.program.experiment, fraction));
+                    program.experiment, fraction));
   }
   // What experiments warn of, chatter of rolling friction, is worst where that is largest.
   std::vector<double> parameters = Centre();
@@ -134,8 +154,9 @@ std::vector<std::string> Planner::Warnings() const {
     const Parameter& parameter = study_.space.parameters[i];
     if (parameter.name == "rolling_friction") parameters[i] = parameter.upper;
   }
-  for (const PlannedRun& run : Plan(parameters, 0)) {
-    for (std::string& text : study_.experiments[run.experiment].experiment->Warnings(run.program)) {
+  for (const std::size_t i : experiments) {
+    const Program program = PlanExperiment(i, parameters, 0).program;
+    for (std::string& text : study_.experiments[i].experiment->Warnings(program)) {
       warnings.push_back(std::move(text));
     }
   }
@@ -143,22 +164,24 @@ std::vector<std::string> Planner::Warnings() const {
 }
 
 std::string Planner::ExplainUnsupported() const {
-  for (std::size_t i = 0; i < study_.experiments.size(); ++i) {
-    const std::string reason = study_.scaling->ExplainUnsupported(Laboratory(i));
-    if (!reason.empty()) {
-      return fmt::format("scaling '{}' of {}: {}", study_.scaling->name(),
-                         study_.experiments[i].experiment->name(), reason);
-    }
-    const Experiment& experiment = *study_.experiments[i].experiment;
-    const std::string refusal =
-        experiment.ExplainUnsupported(MakePowder(Simulation(i, Centre()), Centre()));
-    if (!refusal.empty()) return fmt::format("{}: {}", experiment.name(), refusal);
+  return ExplainUnsupported(study_.CalibratedExperiments());
+}
+
+std::string Planner::ExplainUnsupported(const std::vector<std::size_t>& experiments) const {
+  for (const std::size_t i : experiments) {
+    if (const std::string reason = ExplainUnplanned(i); !reason.empty()) return reason;
   }
-  for (const PlannedRun& run : Plan(Centre(), 0)) {
-    const std::string reason = study_.backend.backend->ExplainUnsupported(run.program);
+  std::vector<Conditions> all;
+  for (std::size_t i = 0; i < study_.experiments.size(); ++i) all.push_back(Laboratory(i));
+  if (const std::string reason = study_.scaling->ExplainWithoutEffect(all); !reason.empty()) {
+    return fmt::format("scaling '{}': {}", study_.scaling->name(), reason);
+  }
+  for (const std::size_t i : experiments) {
+    const std::string reason =
+        study_.backend.backend->ExplainUnsupported(PlanExperiment(i, Centre(), 0).program);
     if (!reason.empty()) {
       return fmt::format("backend '{}' cannot run {}: {}", study_.backend.backend->name(),
-                         run.program.experiment, reason);
+                         study_.experiments[i].name(), reason);
     }
   }
   return "";
@@ -203,30 +226,42 @@ LedgerRun Planner::Execute(const PlannedRun& run, const RunContext& context) con
   return result;
 }
 
-Planner::Cost Planner::EstimateCost() const {
+Planner::Cost Planner::EstimateCost(const std::vector<std::size_t>& evaluate_also) const {
   const BackendSpecification& backend = study_.backend;
-  const auto experiments = static_cast<int>(study_.experiments.size());
-  Cost cost{.runs = experiments * (study_.budget.evaluations * backend.replicates +
-                                   backend.confirm_replicates - backend.replicates)};
-  for (const PlannedRun& run : Plan(Centre(), 0)) {
-    const double duration =
-        study_.experiments[run.experiment].experiment->ExpectedDuration(run.program);
-    const double steps = duration / run.program.time_step;
-    const double throughput = backend.backend->Throughput(run.program);
-    cost.steps_per_run += steps / experiments;
-    if (throughput > 0) {
-      cost.seconds_per_run += steps * run.program.particles.count / throughput / experiments;
-    }
-  }
-  cost.seconds = cost.seconds_per_run * cost.runs / study_.parallel();
+  Cost cost;
+  const auto add = [&](std::size_t experiment, int runs) {
+    ExperimentCost& one = cost.experiments.emplace_back();
+    one.experiment = experiment;
+    one.runs = runs;
+    cost.runs += runs;
+    if (!ExplainUnplanned(experiment).empty()) return;
+    const Program program = PlanExperiment(experiment, Centre(), 0).program;
+    one.particles = program.particles.packing ? static_cast<int>(program.particles.packing->size())
+                                              : program.particles.count;
+    one.steps =
+        study_.experiments[experiment].experiment->ExpectedDuration(program) / program.time_step;
+    const double throughput = backend.backend->Throughput(program);
+    if (throughput > 0) one.seconds = one.steps * one.particles / throughput;
+    cost.steps_per_run += runs * one.steps;
+    cost.seconds_per_run += runs * one.seconds;
+  };
+  const int calibration = study_.budget.evaluations * backend.replicates +
+                          backend.confirm_replicates - backend.replicates;
+  for (const std::size_t i : study_.CalibratedExperiments()) add(i, calibration);
+  for (const std::size_t i : evaluate_also) add(i, backend.confirm_replicates);
+  cost.seconds = cost.seconds_per_run / study_.parallel();
+  cost.steps_per_run /= cost.runs;
+  cost.seconds_per_run /= cost.runs;
   return cost;
 }
 
-std::vector<ScalingTable> Planner::ScalingTables(const std::vector<double>& parameters) const {
+std::vector<ScalingTable> Planner::ScalingTables(const std::vector<std::size_t>& experiments,
+                                                 const std::vector<double>& parameters) const {
   std::vector<ScalingTable> tables;
-  for (std::size_t i = 0; i < study_.experiments.size(); ++i) {
-    tables.push_back({study_.experiments[i].experiment->name(),
-                      CompareGroups(Laboratory(i), Simulation(i, parameters))});
+  for (const std::size_t i : experiments) {
+    if (!ExplainUnplanned(i).empty()) continue;
+    tables.push_back(
+        {study_.experiments[i].name(), CompareGroups(Laboratory(i), Simulation(i, parameters))});
   }
   return tables;
 }

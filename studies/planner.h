@@ -30,21 +30,27 @@ class Planner {
   /// The study must outlive the planner.
   explicit Planner(const Study& study);
 
-  /// Programs of one replicate, one for each experiment. `parameters`: SI, in the order of the
-  /// search space. `seed` overrides the particle seed that follows from study seed, values and
-  /// replicate.
-  std::vector<PlannedRun> Plan(const std::vector<double>& parameters, int replicate,
-                               std::optional<std::uint64_t> seed = {}) const;
+  /// Why there is no program of an experiment, for the scaling or the experiment itself, or "".
+  std::string ExplainUnplanned(std::size_t experiment) const;
+  /// The program of one replicate of an experiment. Requires ExplainUnplanned() == "".
+  /// `parameters`: SI, in the order of the search space. `seed` overrides the particle seed that
+  /// follows from study seed, values and replicate.
+  PlannedRun PlanExperiment(std::size_t experiment, const std::vector<double>& parameters,
+                            int replicate, std::optional<std::uint64_t> seed = {}) const;
+  /// Programs of one replicate, one for each experiment that is calibrated.
+  std::vector<PlannedRun> Plan(const std::vector<double>& parameters, int replicate) const;
 
   /// The centre of the search box [SI].
   std::vector<double> Centre() const;
 
-  /// Why the study cannot be run, for the scaling, an experiment or the backend, or "".
+  /// Why these experiments cannot be run, for the scaling, themselves or the backend, or "".
+  std::string ExplainUnsupported(const std::vector<std::size_t>& experiments) const;
+  /// The same for those that are calibrated.
   std::string ExplainUnsupported() const;
 
   /// What a user should know before anything is run: the study's own warnings, a time step beyond
   /// 0.4 Rayleigh times, and what the experiments warn of at the largest rolling friction.
-  std::vector<std::string> Warnings() const;
+  std::vector<std::string> Warnings(const std::vector<std::size_t>& evaluate_also = {}) const;
 
   /// Runs a planned simulation and measures it. Never throws for failures of the simulation.
   LedgerRun Execute(const PlannedRun& run, const RunContext& context) const;
@@ -52,17 +58,28 @@ class Planner {
   /// Conditions of an experiment in the laboratory and, with these parameters, in the simulation.
   Conditions Laboratory(std::size_t experiment) const;
   Conditions Simulation(std::size_t experiment, const std::vector<double>& parameters) const;
-  /// Pi groups of every experiment.
-  std::vector<ScalingTable> ScalingTables(const std::vector<double>& parameters) const;
+  /// Pi groups of these experiments, as far as they can be planned.
+  std::vector<ScalingTable> ScalingTables(const std::vector<std::size_t>& experiments,
+                                          const std::vector<double>& parameters) const;
 
+  /// What one run of an experiment costs, at the centre of the box; zeros if it cannot be planned.
+  struct ExperimentCost {
+    std::size_t experiment = 0;
+    int runs = 0;  ///< all evaluations, replicates and the confirmation; or the seeds of a transfer
+    int particles = 0;
+    double steps = 0;    ///< of one run
+    double seconds = 0;  ///< of one run, on as many cores as it keeps busy; 0: no simulation
+  };
   /// What the whole study may cost, from the centre of the box; right within a factor of about 2.
   struct Cost {
-    int runs = 0;                ///< all evaluations, replicates and the confirmation
-    double steps_per_run = 0;    ///< mean over the experiments
-    double seconds_per_run = 0;  ///< on one core; 0: no simulation
+    std::vector<ExperimentCost> experiments;
+    int runs = 0;                ///< sum over the experiments
+    double steps_per_run = 0;    ///< mean over the runs
+    double seconds_per_run = 0;  ///< mean over the runs
     double seconds = 0;          ///< wall clock with the study's parallelism
   };
-  Cost EstimateCost() const;
+  /// `evaluate_also`: experiments that the best point is evaluated on at the end.
+  Cost EstimateCost(const std::vector<std::size_t>& evaluate_also = {}) const;
 
   const Study& study() const { return study_; }
   const Availability& availability() const { return availability_; }

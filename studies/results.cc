@@ -21,6 +21,13 @@ struct ToldPoint {
   ReducedResponses reduced;
 };
 
+// Whether its responses are fitted; the best point may have runs of other experiments.
+bool IsTarget(const std::string& experiment, const Objectives& objectives) {
+  return std::any_of(
+      objectives.targets.begin(), objectives.targets.end(),
+      [&](const Target& target) { return target.response.starts_with(experiment + "."); });
+}
+
 std::vector<ToldPoint> CollectPoints(const Ledger& ledger, const Objectives& objectives,
                                      const std::map<std::int64_t, LedgerRun>& runs) {
   std::map<std::int64_t, int> replicates;
@@ -35,7 +42,10 @@ std::vector<ToldPoint> CollectPoints(const Ledger& ledger, const Objectives& obj
     if (told == replicates.end()) continue;
     ToldPoint point{.replicates = told->second};
     for (std::size_t i = 0; i < entry.runs.size(); ++i) {
-      if (entry.replicates[i] < told->second) point.runs.push_back(&runs.at(entry.runs[i]));
+      const LedgerRun& run = runs.at(entry.runs[i]);
+      if (entry.replicates[i] < told->second && IsTarget(run.experiment, objectives)) {
+        point.runs.push_back(&run);
+      }
     }
     point.reduced = Reduce(objectives, point.runs);
     point.entry = std::move(entry);
@@ -61,6 +71,31 @@ RunResult MakeRunResult(const LedgerRun& run, int replicate) {
   return result;
 }
 
+ResponseResult MakeResponse(const Target& target, const ObservedResponse* observation,
+                            const ReducedResponses& reduced, Eigen::Index index) {
+  ResponseResult response{
+      .name = target.response, .unit = target.unit, .replicates = reduced.counts[index]};
+  if (observation != nullptr) {
+    response.observed = observation->value;
+    response.sd = observation->sd;
+    response.tolerance = observation->tolerance;
+    response.source = observation->source;
+  }
+  if (response.replicates > 0) response.simulated = reduced.means[index];
+  if (response.replicates > 1) response.seed_sd = std::sqrt(reduced.sample_variances[index]);
+  return response;
+}
+
+// "shear: the reason; spreading: the reason", without the name where there is one experiment only.
+std::string DescribeFailures(const std::vector<ExperimentFailure>& failures, bool name_them) {
+  std::string text;
+  for (const ExperimentFailure& failure : failures) {
+    if (!text.empty()) text += "; ";
+    text += name_them ? failure.experiment + ": " + failure.message : failure.message;
+  }
+  return text;
+}
+
 EvaluationResult MakeEvaluation(const Study& study, const Objectives& objectives,
                                 const ToldPoint& point, const Eigen::VectorXd& pooled) {
   EvaluationResult result{.id = point.entry.candidate.id, .origin = point.entry.candidate.origin};
@@ -71,27 +106,16 @@ EvaluationResult MakeEvaluation(const Study& study, const Objectives& objectives
   for (std::size_t t = 0; t < objectives.targets.size(); ++t) {
     const auto index = static_cast<Eigen::Index>(t);
     const Target& target = objectives.targets[t];
-    ResponseResult response{.name = target.response,
-                            .unit = target.unit,
-                            .replicates = point.reduced.counts[index],
-                            .observed = target.value,
-                            .sd = target.sd,
-                            .tolerance = observations[t]->tolerance,
-                            .source = observations[t]->source};
-    if (response.replicates > 0) response.simulated = point.reduced.means[index];
-    if (response.replicates > 1) {
-      response.seed_sd = std::sqrt(point.reduced.sample_variances[index]);
-    }
-    result.responses.push_back(std::move(response));
+    result.responses.push_back(MakeResponse(target, observations[t], point.reduced, index));
   }
   if (point.reduced.complete()) {
     result.outcome = ToString(Reason::ok);
     result.chi2 =
         ChiSquared(objectives, point.reduced.means, VarianceOfMeans(point.reduced, pooled));
   } else {
-    const Outcome failure = FailureOf(point.runs);
-    result.outcome = ToString(failure.reason);
-    result.message = failure.message;
+    result.failures = FailuresOf(objectives, point.reduced, point.runs);
+    result.outcome = point.reduced.partial() ? kPartial : result.failures.front().reason;
+    result.message = DescribeFailures(result.failures, study.CalibratedExperiments().size() > 1);
   }
   for (std::size_t i = 0; i < point.runs.size(); ++i) {
     const auto link =
@@ -102,7 +126,80 @@ EvaluationResult MakeEvaluation(const Study& study, const Objectives& objectives
   return result;
 }
 
-void AddHistory(const Study& study, const Ledger& ledger, StudyResults& results) {
+// The experiment behind each objective; none for the joint one.
+std::vector<std::string> ObjectiveNames(const Objectives& objectives) {
+  if (objectives.kind == Objectives::Kind::joint) return {};
+  std::vector<std::string> names(static_cast<std::size_t>(ObjectiveCount(objectives)));
+  for (const Target& target : objectives.targets) {
+    names[static_cast<std::size_t>(target.objective)] =
+        target.response.substr(0, target.response.find('.'));
+  }
+  return names;
+}
+
+void AddPareto(const Objectives& objectives, const std::vector<ReducedResponses>& points,
+               const Eigen::VectorXd& pooled, StudyResults& results) {
+  results.objectives = ObjectiveNames(objectives);
+  if (results.objectives.empty()) return;
+  results.pareto = ParetoFront(objectives, points, pooled);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    for (int o = 0; o < ObjectiveCount(objectives); ++o) {
+      ObjectiveResult result;
+      const double misfit = ExpectedMisfit(objectives, points[i], pooled, o);
+      if (std::isfinite(misfit)) {
+        result.misfit = misfit;
+        result.chi2 =
+            ChiSquared(objectives, points[i].means, VarianceOfMeans(points[i], pooled), o);
+      }
+      results.history[i].objectives.push_back(result);
+    }
+  }
+}
+
+// An experiment that is not calibrated, at these parameters, as far as the ledger has its runs.
+void AddTransfer(const Planner& planner, std::size_t experiment,
+                 const std::vector<double>& parameters,
+                 const std::map<std::int64_t, LedgerRun>& all, TransferResult& transfer) {
+  const StudyExperiment& entry = planner.study().experiments[experiment];
+  const std::string& name = entry.name();
+  std::map<std::string, const LedgerRun*> by_program;
+  for (const auto& [id, run] : all) {
+    if (run.experiment == name) by_program[run.program_hash] = &run;
+  }
+  std::vector<const LedgerRun*> runs;
+  for (int r = 0; r < planner.study().backend.confirm_replicates && !by_program.empty(); ++r) {
+    // By its program: the backend may be absent where a report is made.
+    const auto found =
+        by_program.find(planner.PlanExperiment(experiment, parameters, r).program_hash);
+    if (found == by_program.end()) continue;
+    runs.push_back(found->second);
+    transfer.runs.push_back(MakeRunResult(*found->second, r));
+  }
+  if (runs.empty()) return;
+  transfer.experiments.push_back(name);
+  Objectives measured;
+  for (const ResponseDescription& response : entry.experiment->responses()) {
+    measured.targets.push_back({.response = name + "." + response.name, .unit = response.unit});
+  }
+  const ReducedResponses reduced = Reduce(measured, runs);
+  std::string missing;  // a response that was observed, or any where there is none at all
+  for (std::size_t t = 0; t < measured.targets.size(); ++t) {
+    const auto index = static_cast<Eigen::Index>(t);
+    const std::string response = measured.targets[t].response.substr(name.size() + 1);
+    const auto observed =
+        std::find_if(entry.observed.begin(), entry.observed.end(),
+                     [&](const ObservedResponse& o) { return o.response == response; });
+    const bool known = observed != entry.observed.end();
+    if (reduced.counts[index] == 0 && (known || reduced.failed())) missing = response;
+    if (reduced.counts[index] == 0 && !known) continue;
+    transfer.responses.push_back(
+        MakeResponse(measured.targets[t], known ? &*observed : nullptr, reduced, index));
+  }
+  if (!missing.empty()) transfer.failures.push_back(FailureOf(name, missing, runs));
+}
+
+void AddHistory(const Study& study, const Planner& planner, const Ledger& ledger,
+                StudyResults& results) {
   const Objectives objectives = study.MakeObjectives();
   std::map<std::int64_t, LedgerRun> runs;
   for (LedgerRun& run : ledger.Runs()) {
@@ -133,28 +230,52 @@ void AddHistory(const Study& study, const Ledger& ledger, StudyResults& results)
       ++results.cached;
     }
     ++results.total;
-    ++(evaluation.chi2 ? results.ok : results.failed);
+    ++(evaluation.chi2                  ? results.ok
+       : evaluation.outcome == kPartial ? results.partial
+                                        : results.failed);
     results.history.push_back(std::move(evaluation));
   }
+  AddPareto(objectives, reduced, pooled, results);
   if (results.best) {
     results.converged = WithinTolerance(study, points[*results.best].reduced);
     for (const RunResult& run : results.history[*results.best].runs) {
       if (!run.law.empty()) results.law_as_run = run.law;
     }
+    for (std::size_t i = 0; i < study.experiments.size(); ++i) {
+      if (study.experiments[i].calibrate) continue;
+      AddTransfer(planner, i, points[*results.best].entry.parameters, runs, results.transfer);
+    }
   }
 }
 
 // What only the study knows; reports/statements.h derives the other caveats from the results.
-void AddWarnings(const Planner& planner, StudyResults& results) {
-  results.warnings = planner.Warnings();
+void AddWarnings(const Planner& planner, const std::vector<std::size_t>& evaluated_also,
+                 StudyResults& results) {
+  results.warnings = planner.Warnings(evaluated_also);
   if (!results.best) return;
-  for (const ResponseResult& response : results.history[*results.best].responses) {
-    if (response.replicates < planner.study().backend.confirm_replicates) {
+  const int wanted = planner.study().backend.confirm_replicates;
+  for (const auto* responses :
+       {&results.history[*results.best].responses, &results.transfer.responses}) {
+    for (const ResponseResult& response : *responses) {
+      if (!response.simulated || response.replicates >= wanted) continue;
       results.warnings.push_back(fmt::format(
           "{} of the best point is a mean of {} particle seeds, not of the {} asked for.",
-          response.name, response.replicates, planner.study().backend.confirm_replicates));
+          response.name, response.replicates, wanted));
     }
   }
+}
+
+// Those that the best point was evaluated on besides.
+std::vector<std::size_t> TransferredExperiments(const Study& study,
+                                                const TransferResult& transfer) {
+  std::vector<std::size_t> indices;
+  for (std::size_t i = 0; i < study.experiments.size(); ++i) {
+    if (std::find(transfer.experiments.begin(), transfer.experiments.end(),
+                  study.experiments[i].name()) != transfer.experiments.end()) {
+      indices.push_back(i);
+    }
+  }
+  return indices;
 }
 
 }  // namespace
@@ -183,19 +304,28 @@ StudyResults CollectResults(Study& study, const Ledger& ledger) {
       .state = ledger.GetMeta("state").value_or("running"),
       .stop_reason = ledger.GetMeta("stop_reason").value_or("")};
   results.parallel = study.parallel();
-  AddHistory(study, ledger, results);
+  for (std::size_t i = 0; i < study.experiments.size(); ++i) {
+    results.experiments.push_back(
+        {.name = study.experiments[i].name(),
+         .fidelity = FidelityNames()[static_cast<std::size_t>(study.FidelityOf(i))],
+         .calibrated = study.experiments[i].calibrate});
+  }
   const Planner planner(study);
+  AddHistory(study, planner, ledger, results);
   std::vector<double> parameters = planner.Centre();
   if (results.best) {
     for (std::size_t i = 0; i < parameters.size(); ++i) {
       parameters[i] = results.history[*results.best].parameters.at(study.space.parameters[i].name);
     }
   }
-  results.scaling_tables = planner.ScalingTables(parameters);
+  const std::vector<std::size_t> also = TransferredExperiments(study, results.transfer);
+  std::vector<std::size_t> evaluated = study.CalibratedExperiments();
+  evaluated.insert(evaluated.end(), also.begin(), also.end());
+  results.scaling_tables = planner.ScalingTables(evaluated, parameters);
   const Ledger::Times times = ledger.TotalTimes();
   results.wall_seconds = times.wall;
   results.overhead_seconds = times.overhead;
-  AddWarnings(planner, results);
+  AddWarnings(planner, also, results);
   return results;
 }
 

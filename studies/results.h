@@ -10,18 +10,39 @@
 
 namespace powdercal {
 
-/// A target with what was simulated for it. SI units.
+/// A response with what was simulated for it, and what it should be. SI units.
 struct ResponseResult {
   std::string name;  ///< "consolidation.void_ratio"
   std::string unit;
   std::optional<double> simulated;  ///< mean over the replicates; empty when all failed
   double seed_sd = 0;               ///< standard deviation between replicates; 0: fewer than two
   int replicates = 0;               ///< how many gave a value
-  double observed = 0;
-  double sd = 0;  ///< of the observation
+  double observed = 0;              ///< meaningless unless was_observed()
+  double sd = 0;  ///< of the observation, > 0; 0: there is none (of a transfer only)
   std::optional<double> tolerance;
   std::string source;
+
+  bool was_observed() const { return sd > 0; }
 };
+
+/// How well a point serves one objective of a study with several.
+struct ObjectiveResult {
+  std::optional<double> chi2;    ///< over its targets; empty unless all of them have a value
+  std::optional<double> misfit;  ///< expected misfit (studies/evaluation.h): what points rank by
+};
+
+/// Why an experiment gave no value of a response at some parameter point.
+struct ExperimentFailure {
+  std::string experiment;
+  std::string reason;   ///< reason code of its first failed run, or kNoValue
+  std::string message;  ///< of that run
+  int failed_runs = 0;
+  int runs = 0;  ///< of the experiment at this point, failed ones included
+};
+/// The simulations were in order, but the response could not be had from them.
+inline constexpr const char* kNoValue = "no_value";
+/// Outcome of an evaluation some of whose experiments gave values.
+inline constexpr const char* kPartial = "partial";
 
 /// One simulation.
 struct RunResult {
@@ -43,11 +64,28 @@ struct EvaluationResult {
   std::int64_t id = 0;
   std::map<std::string, double> parameters;  ///< SI
   std::string origin;                        ///< "initial design: corner 3"
-  std::string outcome;                       ///< "ok", or the reason code of its failure
-  std::string message;
-  std::vector<ResponseResult> responses;  ///< in the order of the targets
-  std::optional<double> chi2;             ///< empty when failed
+  std::string outcome;                       ///< "ok", kPartial, or the reason code of its failure
+  std::string message;                       ///< of what failed
+  std::vector<ExperimentFailure> failures;   ///< empty when ok
+  std::vector<ResponseResult> responses;     ///< in the order of the targets
+  std::optional<double> chi2;                ///< empty unless every response has a value
   std::optional<double> best_chi2;  ///< chi2 of the best point so far (ranked by expected misfit)
+  std::vector<ObjectiveResult> objectives;  ///< as in StudyResults::objectives
+  std::vector<RunResult> runs;
+};
+
+/// An experiment of the study.
+struct ExperimentResult {
+  std::string name;
+  std::string fidelity;
+  bool calibrated = true;
+};
+
+/// The best point on experiments that were not calibrated, as far as it was evaluated on them.
+struct TransferResult {
+  std::vector<std::string> experiments;   ///< in the order of the study; empty: none was evaluated
+  std::vector<ResponseResult> responses;  ///< all that these can measure, observed or not
+  std::vector<ExperimentFailure> failures;
   std::vector<RunResult> runs;
 };
 
@@ -67,12 +105,14 @@ struct StudyResults {
   std::uint64_t seed = 0;
 
   std::vector<Parameter> parameters;
+  std::vector<std::string> objectives;  ///< pareto: the experiment behind each; empty: joint
   std::string optimizer;
   std::string optimizer_description;
   std::string backend;
   std::string backend_version;
   bool simulated = true;  ///< false: the table backend; no simulation was run
-  std::string fidelity;
+  std::string fidelity;   ///< of experiments without one of their own
+  std::vector<ExperimentResult> experiments;
   int replicates = 1;
   std::string law;         ///< canonical contact law
   std::string law_as_run;  ///< in the backend's terms
@@ -87,11 +127,13 @@ struct StudyResults {
 
   int total = 0;  ///< evaluations asked for and ended
   int ok = 0;
-  int failed = 0;
+  int partial = 0;                  ///< some experiments gave values, others failed
+  int failed = 0;                   ///< no experiment gave a value
   int cached = 0;                   ///< evaluations served from the ledger without a new run
   std::optional<std::size_t> best;  ///< index into history
-  std::vector<std::size_t> pareto;  ///< indices into history; empty for the joint objective
+  std::vector<std::size_t> pareto;  ///< the front (ParetoFront), into history; empty: joint
   std::vector<EvaluationResult> history;
+  TransferResult transfer;
   std::vector<ScalingTable> scaling_tables;
 
   double wall_seconds = 0;        ///< of the study, over all its sessions

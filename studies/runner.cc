@@ -30,9 +30,10 @@ StudyRunner::StudyRunner(Study& study, Options options)
     throw InputError(fmt::format("backend '{}' is not available: {}", study.backend.backend->name(),
                                  availability.why_not));
   }
-  if (const std::string reason = planner_.ExplainUnsupported(); !reason.empty()) {
-    throw InputError(reason, {.location = {study.file}});
-  }
+  std::string reason = planner_.ExplainUnsupported();
+  if (reason.empty()) reason = planner_.ExplainUnsupported(options_.evaluate_also);
+  if (!reason.empty()) throw InputError(reason, {.location = {study.file}});
+  cost_ = planner_.EstimateCost(options_.evaluate_also);
   directory_ = std::make_unique<RunDirectory>(options_.folder, study.Fingerprint(), study.ToYaml(),
                                               study.base_folder);
   ledger_ = std::make_unique<Ledger>(directory_->ledger(), Ledger::Mode::read_write);
@@ -57,13 +58,24 @@ StudyRunner::End StudyRunner::Run() {
   ledger_->SetMeta("state", "running");
   executor_ = std::make_unique<LocalExecutor>(study_.parallel());
   if (!study_.budget.deterministic) TellWhatIsReady();
+  RunJobs([this] { AskAndSubmit(); });
+  if (stop_reason_.empty()) stop_reason_ = "the optimizer has no more points";
+  SaveTimes(true);
+  ledger_->SetMeta("state", interrupted_ ? "interrupted" : "finished");
+  ledger_->SetMeta("stop_reason", interrupted_ ? "interrupted" : stop_reason_);
+  if (!interrupted_) EvaluateTransfer();
+  return interrupted_ ? End::interrupted : End::finished;
+}
+
+// Until nothing is queued or in flight.
+void StudyRunner::RunJobs(const std::function<void()>& submit) {
   for (;;) {
     if (options_.stop.stop_requested() && !interrupted_) {
       interrupted_ = true;
       queue_.clear();
       executor_->Cancel();
     }
-    if (!interrupted_) AskAndSubmit();
+    if (!interrupted_) submit();
     if (in_flight_.empty() && (interrupted_ || queue_.empty())) break;
     const auto before = Clock::now();
     const auto finished = executor_->Wait(kTick);
@@ -71,11 +83,34 @@ StudyRunner::End StudyRunner::Run() {
     if (finished) Collect(*finished);
     if (options_.listener != nullptr) options_.listener->OnTick(CurrentProgress());
   }
-  if (stop_reason_.empty()) stop_reason_ = "the optimizer has no more points";
+}
+
+// The best point on what it was not fitted to. Its runs are in the ledger like all others, but in
+// no slot of a point, so that the calibration never hears of them.
+void StudyRunner::EvaluateTransfer() {
+  const Point* best = Incumbent();
+  if (best == nullptr || options_.evaluate_also.empty()) return;
+  const std::int64_t id = best->entry.candidate.id;
+  for (int replicate = 0; replicate < study_.backend.confirm_replicates; ++replicate) {
+    for (const std::size_t experiment : options_.evaluate_also) {
+      PlannedRun planned = planner_.PlanExperiment(experiment, best->entry.parameters, replicate);
+      transfer_.push_back(
+          {.experiment = experiment, .replicate = replicate, .program = {}, .key = planned.key});
+      if (const auto known = ledger_->FindRun(planned.key)) {
+        runs_.insert_or_assign(known->id, *known);
+        ledger_->AttachRun(known->id, id, replicate);
+      } else {
+        queue_.push_back({id, std::move(planned)});
+      }
+    }
+  }
+  if (options_.listener != nullptr) options_.listener->OnTransfer(best->entry, CurrentProgress());
+  executor_ = std::make_unique<LocalExecutor>(study_.parallel());  // that one may be cancelled
+  RunJobs([this] {
+    while (Submit()) {
+    }
+  });
   SaveTimes(true);
-  ledger_->SetMeta("state", interrupted_ ? "interrupted" : "finished");
-  ledger_->SetMeta("stop_reason", interrupted_ ? "interrupted" : stop_reason_);
-  return interrupted_ ? End::interrupted : End::finished;
 }
 
 void StudyRunner::Replay() {
@@ -93,8 +128,10 @@ void StudyRunner::Replay() {
         ++told_;
         if (event.observation->failed) ++failed_;
       }
+      const bool first = point.told_replicates == 0;
       point.told_replicates = event.replicates;
       point.told = Reduce(objectives_, RunsOf(point, event.replicates));
+      if (first && point.told.partial()) ++partial_;
       std::erase(awaiting_tell_, event.observation->id);
       Decide();
       continue;
@@ -148,7 +185,7 @@ bool StudyRunner::MayAsk() const {
   if (optimizer_->status().phase != Status::Phase::ready) return false;
   if (!study_.budget.deterministic) return true;
   const int runs_per_point =
-      study_.backend.replicates * static_cast<int>(study_.experiments.size());
+      study_.backend.replicates * static_cast<int>(study_.CalibratedExperiments().size());
   const int window = (study_.parallel() + runs_per_point - 1) / runs_per_point;
   return static_cast<int>(awaiting_tell_.size()) < window;
 }
@@ -277,21 +314,26 @@ void StudyRunner::Tell(Point& point) {
   const bool first = point.told_replicates == 0;
   point.told = Reduce(objectives_, runs);
   point.told_replicates = point.replicates;
-  const Outcome failure = point.told.failed() ? FailureOf(runs) : Outcome{};
+  const auto failures = FailuresOf(objectives_, point.told, runs);
+  std::vector<std::string> reasons;
+  for (const ExperimentFailure& failure : failures) {
+    reasons.push_back(failure.experiment + " " + failure.reason);
+  }
   const Observation observation{.id = point.entry.candidate.id,
                                 .point = point.entry.candidate.point,
                                 .responses = point.told.means,
                                 .variances = VarianceOfMeans(point.told, Pooled()),
                                 .failed = point.told.failed(),
-                                .failure = point.told.failed() ? ToString(failure.reason) : ""};
+                                .failure = JoinNames(reasons)};
   ledger_->AddTell(observation, point.replicates);
   optimizer_->Tell(std::span(&observation, 1));
   if (first) {
     ++told_;
-    if (observation.failed) ++failed_;
+    if (point.told.failed()) ++failed_;
+    if (point.told.partial()) ++partial_;
   }
   if (options_.listener != nullptr) {
-    options_.listener->OnEvaluation(point.entry, point.told, failure, CurrentProgress());
+    options_.listener->OnEvaluation(point.entry, point.told, failures, CurrentProgress());
   }
   Decide();
 }
@@ -377,28 +419,62 @@ Progress StudyRunner::CurrentProgress() {
   Progress progress{.done = told_,
                     .budget = study_.budget.evaluations,
                     .failed = failed_,
+                    .partial = partial_,
                     .running = static_cast<int>(in_flight_.size()),
+                    .transfer_runs = static_cast<int>(transfer_.size()),
                     .elapsed_seconds = Elapsed()};
+  progress.transfer_done = static_cast<int>(std::count_if(
+      transfer_.begin(), transfer_.end(), [&](const PlannedRun& run) { return IsDone(run.key); }));
   if (const Point* best = Incumbent()) {
     progress.best = best->entry.candidate.id;
     progress.best_parameters = best->entry.parameters;
     progress.best_responses = best->told;
   }
-  if (!runs_.empty()) {
-    double seconds = 0;
-    for (const auto& [id, run] : runs_) seconds += run.total_seconds;
-    const int points = std::max(0, study_.budget.evaluations - told_);
-    const int confirm = study_.backend.confirm_replicates - study_.backend.replicates;
-    const double per_experiment_set = seconds / static_cast<double>(runs_.size()) *
-                                      static_cast<double>(study_.experiments.size());
-    progress.seconds_left =
-        per_experiment_set * (points * study_.backend.replicates + confirm) / study_.parallel();
+  if (!runs_.empty()) progress.seconds_left = SecondsLeft();
+  return progress;
+}
+
+// Wall clock of one run of each experiment: the mean of those that have ended, else what was
+// expected of it.
+std::vector<double> StudyRunner::SecondsPerRun() const {
+  std::vector<double> seconds(study_.experiments.size());
+  for (const Planner::ExperimentCost& one : cost_.experiments) {
+    seconds[one.experiment] = one.seconds;
+  }
+  for (std::size_t i = 0; i < seconds.size(); ++i) {
+    double sum = 0;
+    int count = 0;
+    for (const auto& [id, run] : runs_) {
+      if (run.experiment != study_.experiments[i].name()) continue;
+      sum += run.total_seconds;
+      ++count;
+    }
+    if (count > 0) seconds[i] = sum / count;
+  }
+  return seconds;
+}
+
+double StudyRunner::SecondsLeft() const {
+  const std::vector<double> seconds = SecondsPerRun();
+  const int points = std::max(0, study_.budget.evaluations - told_);
+  const int confirm = study_.backend.confirm_replicates - study_.backend.replicates;
+  const bool calibrating = transfer_.empty();
+  double left = 0;
+  if (calibrating) {
+    for (const std::size_t i : study_.CalibratedExperiments()) {
+      left += seconds[i] * (points * study_.backend.replicates + confirm) / study_.parallel();
+    }
     if (study_.budget.wall_time) {
-      progress.seconds_left =
-          std::min(*progress.seconds_left, std::max(0.0, *study_.budget.wall_time - Elapsed()));
+      left = std::min(left, std::max(0.0, *study_.budget.wall_time - Elapsed()));
+    }
+    for (const std::size_t i : options_.evaluate_also) {
+      left += seconds[i] * study_.backend.confirm_replicates / study_.parallel();
     }
   }
-  return progress;
+  for (const PlannedRun& run : transfer_) {
+    if (!IsDone(run.key)) left += seconds[run.experiment] / study_.parallel();
+  }
+  return left;
 }
 
 void StudyRunner::SaveTimes(bool now) {

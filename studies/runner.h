@@ -3,6 +3,7 @@
 #include <chrono>
 #include <deque>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -24,8 +25,11 @@ namespace powdercal {
 struct Progress {
   int done = 0;  ///< evaluations told to the optimizer
   int budget = 0;
-  int failed = 0;
+  int failed = 0;                       ///< without any value
+  int partial = 0;                      ///< with some values
   int running = 0;                      ///< simulations in flight
+  int transfer_runs = 0;                ///< of `evaluate_also`; 0 before the calibration has ended
+  int transfer_done = 0;                ///< of these, how many have ended
   std::optional<std::int64_t> best;     ///< candidate
   std::vector<double> best_parameters;  ///< SI
   ReducedResponses best_responses;
@@ -39,9 +43,11 @@ class ProgressListener {
   virtual void OnResume(int /*evaluations*/) {}
   /// A simulation has ended.
   virtual void OnRun(const LedgerRun&, const Progress&) {}
-  /// A parameter point has all its runs.
-  virtual void OnEvaluation(const LedgerCandidate&, const ReducedResponses&, const Outcome&,
-                            const Progress&) {}
+  /// A parameter point has all its runs; with what failed of it.
+  virtual void OnEvaluation(const LedgerCandidate&, const ReducedResponses&,
+                            const std::vector<ExperimentFailure>&, const Progress&) {}
+  /// The calibration has ended, and its best point is evaluated on further experiments.
+  virtual void OnTransfer(const LedgerCandidate&, const Progress&) {}
   /// About four times a second.
   virtual void OnTick(const Progress&) {}
 };
@@ -53,13 +59,15 @@ class ProgressListener {
 ///
 /// A run is in the ledger before the optimizer hears of it. A point is told when all its replicates
 /// are known, and again when further replicates are added to confirm it: the best point gets
-/// `confirm_replicates` before the study ends.
+/// `confirm_replicates` before the study ends. After that the best point is evaluated on the
+/// experiments of `evaluate_also`, with as many replicates, of which the optimizer never hears.
 class StudyRunner {
  public:
   struct Options {
     std::filesystem::path folder;
-    std::stop_token stop;                  ///< a request ends the study, resumable
-    ProgressListener* listener = nullptr;  ///< not owned; may be null
+    std::stop_token stop;                         ///< a request ends the study, resumable
+    ProgressListener* listener = nullptr;         ///< not owned; may be null
+    std::vector<std::size_t> evaluate_also = {};  ///< Study::TransferExperiments()
   };
 
   /// Opens the folder. Throws InputError before anything is written if the study cannot run here.
@@ -67,6 +75,7 @@ class StudyRunner {
   ~StudyRunner();
 
   enum class End { finished, interrupted };
+  /// `interrupted` also where that befell `evaluate_also` alone, the study itself being finished.
   End Run();
 
  private:
@@ -88,6 +97,8 @@ class StudyRunner {
     PlannedRun run;
   };
 
+  void RunJobs(const std::function<void()>& submit);
+  void EvaluateTransfer();
   void Replay();
   void Register(const LedgerCandidate& candidate);
   void AddReplicates(Point& point, int count);
@@ -108,6 +119,8 @@ class StudyRunner {
   std::vector<const LedgerRun*> RunsOf(const Point& point, int replicates) const;
   Eigen::VectorXd Pooled() const;
   double Elapsed() const;
+  std::vector<double> SecondsPerRun() const;
+  double SecondsLeft() const;
   Progress CurrentProgress();
   void SaveTimes(bool now);
 
@@ -115,6 +128,7 @@ class StudyRunner {
   Options options_;
   Objectives objectives_;
   Planner planner_;
+  Planner::Cost cost_;  // as expected before anything has run
   std::unique_ptr<RunDirectory> directory_;
   std::unique_ptr<Ledger> ledger_;
   std::unique_ptr<Optimizer> optimizer_;
@@ -130,8 +144,10 @@ class StudyRunner {
   int asked_ = 0;
   int told_ = 0;
   int failed_ = 0;
-  std::string stop_reason_;  // no more asking once this is set
-  bool complete_ = false;    // the result is settled: no more telling either
+  int partial_ = 0;
+  std::vector<PlannedRun> transfer_;  // without their programs
+  std::string stop_reason_;           // no more asking once this is set
+  bool complete_ = false;             // the result is settled: no more telling either
   bool interrupted_ = false;
 
   std::int64_t session_ = 0;

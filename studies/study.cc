@@ -80,63 +80,6 @@ void SerializeParameters(Archive& archive, SearchSpace& space) {
   }
 }
 
-void SerializeObserved(Archive& archive, StudyExperiment& entry) {
-  const std::span<const ResponseDescription> known = entry.experiment->responses();
-  std::vector<std::string> names;
-  for (const ResponseDescription& response : known) names.push_back(response.name);
-  std::vector<std::string> keys;
-  for (const ObservedResponse& observed : entry.observed) keys.push_back(observed.response);
-  std::size_t index = 0;
-  archive.Map("observed", keys, [&](const std::string& name, Archive& section) {
-    const auto found = std::find(names.begin(), names.end(), name);
-    if (found == names.end()) {
-      throw UnknownName(entry.experiment->name() + " response", name, names,
-                        {.location = section.LocationOf("")});
-    }
-    const std::string& unit = known[static_cast<std::size_t>(found - names.begin())].unit;
-    if (section.reading()) entry.observed.emplace_back();
-    ObservedResponse& observed = entry.observed[index++];
-    observed.response = name;
-    section.Require("value");
-    section.Quantity("value", observed.value, unit);
-    section.Require("sd");
-    section.Quantity("sd", observed.sd, unit, kPositive);
-    section.Quantity("tolerance", observed.tolerance, unit, kPositive);
-    section.Text("source", observed.source);
-  });
-}
-
-void SerializeExperiments(Archive& archive, std::vector<StudyExperiment>& experiments) {
-  archive.Require("experiments");
-  std::size_t index = 0;
-  archive.List("experiments", experiments.size(), [&](Archive& item) {
-    std::string name = item.reading() ? "" : experiments[index].experiment->name();
-    item.Tagged(name, [&](const std::string& tag, Archive& section) {
-      if (section.reading()) {
-        StudyExperiment entry;
-        try {
-          entry.experiment = MakeExperiment(tag);
-        } catch (const InputError&) {
-          throw UnknownName("experiment", tag, ExperimentNames(),
-                            {.location = item.LocationOf(tag), .key = "experiments"});
-        }
-        for (const StudyExperiment& other : experiments) {
-          if (other.experiment->name() == tag) {
-            throw item.ErrorAt(tag, fmt::format("experiment '{}' is listed twice", tag));
-          }
-        }
-        experiments.push_back(std::move(entry));
-      }
-      StudyExperiment& entry = experiments[index++];
-      entry.experiment->Serialize(section);
-      SerializeObserved(section, entry);
-    });
-  });
-  if (experiments.empty()) {
-    throw archive.ErrorAt("experiments", "a study needs at least one experiment");
-  }
-}
-
 void SerializeBackend(Archive& archive, BackendSpecification& backend) {
   if (archive.reading()) backend.backend = MakeBackend(kDefaultBackend);
   archive.Section(
@@ -176,7 +119,7 @@ void SerializeOptimizer(Archive& archive, std::unique_ptr<OptimizerFactory>& opt
 }
 
 // The study but for its budget: what determines the results.
-void SerializeProblem(Archive& archive, Study& study) {
+void SerializeProblem(Archive& archive, Study& study, bool calibrated_only = false) {
   archive.Require("study");
   archive.Text("study", study.name);
   archive.Text("description", study.description);
@@ -190,7 +133,7 @@ void SerializeProblem(Archive& archive, Study& study) {
   SerializeParameters(archive, study.space);
   SerializeScaling(archive, study.scaling);
   archive.Section("numerics", [&](Archive& section) { study.numerics.Serialize(section); });
-  SerializeExperiments(archive, study.experiments);
+  SerializeExperiments(archive, study.experiments, study.base_folder, calibrated_only);
   static const std::vector<std::string> kObjectives = {"joint", "pareto"};
   archive.Enumeration("objective", study.objective, "objective", kObjectives);
   SerializeOptimizer(archive, study.optimizer, study.space);
@@ -218,11 +161,10 @@ void CheckConsistency(const Study& study, const Archive& archive) {
         "no cohesion: sjkr2");
   needs("surface_energy", law.cohesion == ContactLaw::Cohesion::dmt, "no cohesion: dmt");
   needs("rolling_friction", law.rolling != ContactLaw::Rolling::none, "rolling: none");
-  const bool observed = std::any_of(study.experiments.begin(), study.experiments.end(),
-                                    [](const StudyExperiment& e) { return !e.observed.empty(); });
-  if (!observed) {
+  if (study.CalibratedExperiments().empty()) {
     throw archive.ErrorAt("experiments",
-                          "nothing to calibrate against: no experiment is 'observed'");
+                          "nothing to calibrate against: no experiment is 'observed' without "
+                          "'calibrate: false'");
   }
   const std::string reason = study.optimizer->Make(study.space, study.MakeObjectives(), study.seed)
                                  ->ExplainUnsupported(study.space, study.MakeObjectives());
@@ -241,13 +183,24 @@ void WarnOfCrowding(Study& study) {
                   study.budget.parallel, each, Cores(), Cores() / each));
 }
 
+const std::string& UnitOf(const StudyExperiment& entry, const ObservedResponse& observed) {
+  const auto responses = entry.experiment->responses();
+  return std::find_if(responses.begin(), responses.end(),
+                      [&](const ResponseDescription& r) { return r.name == observed.response; })
+      ->unit;
+}
+
+// Also told of what is only compared with: `--evaluate-also` may ask for it.
 std::vector<std::string> PrepareBackend(Study& study) {
   BackendProblem problem{.base_folder = study.base_folder};
   for (const Parameter& p : study.space.parameters) {
     problem.parameters.push_back({p.name, p.unit, p.lower, p.upper});
   }
-  for (const Target& target : study.MakeObjectives().targets) {
-    problem.responses.push_back({target.response, target.unit});
+  for (const StudyExperiment& entry : study.experiments) {
+    for (const ObservedResponse& observed : entry.observed) {
+      problem.responses.push_back(
+          {entry.name() + "." + observed.response, UnitOf(entry, observed)});
+    }
   }
   return study.backend.backend->Prepare(problem);
 }
@@ -311,34 +264,76 @@ std::string Study::ToYaml() {
 }
 
 std::string Study::Fingerprint() {
-  return Sha256(WriteYaml([this](Archive& archive) { SerializeProblem(archive, *this); }) +
+  return Sha256(WriteYaml([this](Archive& archive) { SerializeProblem(archive, *this, true); }) +
                 backend.backend->Fingerprint());
+}
+
+std::vector<std::size_t> Study::CalibratedExperiments() const {
+  std::vector<std::size_t> indices;
+  for (std::size_t i = 0; i < experiments.size(); ++i) {
+    if (experiments[i].calibrate) indices.push_back(i);
+  }
+  return indices;
+}
+
+std::vector<std::size_t> Study::TransferExperiments(const std::vector<std::string>& names) const {
+  std::vector<std::string> listed;
+  std::vector<std::string> others;
+  for (const StudyExperiment& entry : experiments) {
+    listed.push_back(entry.name());
+    if (!entry.calibrate) others.push_back(entry.name());
+  }
+  const InputError::Details details{.location = {"command line"}, .key = "--evaluate-also"};
+  const std::string choice =
+      others.empty() ? "the study has no experiment that is not calibrated; list one without "
+                       "'observed', or with 'calibrate: false'"
+                     : fmt::format("not calibrated: {}", JoinNames(others));
+  for (const std::string& wanted : names) {
+    if (std::find(others.begin(), others.end(), wanted) != others.end()) continue;
+    if (std::find(listed.begin(), listed.end(), wanted) != listed.end()) {
+      throw InputError(fmt::format("'{}' is calibrated in this study; {}", wanted, choice),
+                       details);
+    }
+    InputError::Details unknown = details;
+    unknown.suggestion = NearestName(wanted, listed);
+    throw InputError(fmt::format("experiment '{}' is not in the study ({}); {}", wanted,
+                                 JoinNames(listed), choice),
+                     unknown);
+  }
+  std::vector<std::size_t> indices;
+  for (std::size_t i = 0; i < experiments.size(); ++i) {
+    if (std::find(names.begin(), names.end(), experiments[i].name()) != names.end()) {
+      indices.push_back(i);
+    }
+  }
+  return indices;
+}
+
+Fidelity Study::FidelityOf(std::size_t experiment) const {
+  return experiments[experiment].fidelity.value_or(backend.fidelity);
 }
 
 Objectives Study::MakeObjectives() const {
   Objectives objectives{.kind = objective};
   int index = 0;
-  for (const StudyExperiment& entry : experiments) {
+  for (const std::size_t i : CalibratedExperiments()) {
+    const StudyExperiment& entry = experiments[i];
     for (const ObservedResponse& observed : entry.observed) {
-      const auto& responses = entry.experiment->responses();
-      const auto known =
-          std::find_if(responses.begin(), responses.end(),
-                       [&](const ResponseDescription& r) { return r.name == observed.response; });
-      objectives.targets.push_back({.response = entry.experiment->name() + "." + observed.response,
-                                    .unit = known->unit,
+      objectives.targets.push_back({.response = entry.name() + "." + observed.response,
+                                    .unit = UnitOf(entry, observed),
                                     .value = observed.value,
                                     .sd = observed.sd,
                                     .objective = index});
     }
-    if (!entry.observed.empty()) ++index;
+    ++index;
   }
   return objectives;
 }
 
 std::vector<const ObservedResponse*> Study::Observations() const {
   std::vector<const ObservedResponse*> list;
-  for (const StudyExperiment& entry : experiments) {
-    for (const ObservedResponse& observed : entry.observed) list.push_back(&observed);
+  for (const std::size_t i : CalibratedExperiments()) {
+    for (const ObservedResponse& observed : experiments[i].observed) list.push_back(&observed);
   }
   return list;
 }

@@ -9,9 +9,9 @@
 #include "backends/backend.h"
 #include "backends/program.h"
 #include "core/archive.h"
-#include "experiments/experiment.h"
 #include "optimizers/optimizer.h"
 #include "scaling/scaling.h"
+#include "studies/study_experiment.h"
 
 namespace powdercal {
 
@@ -33,20 +33,6 @@ struct PowderSpecification {
 };
 
 void SerializeContactLaw(Archive& archive, ContactLaw& law);
-
-/// A response as it was observed in the laboratory.
-struct ObservedResponse {
-  std::string response;             ///< name without the experiment
-  double value = 0;                 ///< SI
-  double sd = 0;                    ///< SI, standard deviation of the observation, > 0
-  std::optional<double> tolerance;  ///< SI; |simulated − observed| below this counts as reached
-  std::string source;               ///< where the figure comes from, and what is assumed
-};
-
-struct StudyExperiment {
-  std::unique_ptr<Experiment> experiment;
-  std::vector<ObservedResponse> observed;
-};
 
 struct BackendSpecification {
   std::unique_ptr<Backend> backend;
@@ -94,9 +80,18 @@ struct Study {
 
   /// The study with every default written out; Parse() reads it back to an equal study.
   std::string ToYaml();
-  /// SHA-256 of all that determines results: the resolved study without its budget.
+  /// SHA-256 of all that determines the calibration: the resolved study without its budget and
+  /// without the experiments that are not calibrated.
   std::string Fingerprint();
 
+  /// Indices into `experiments` of those that are calibrated, in order; never empty.
+  std::vector<std::size_t> CalibratedExperiments() const;
+  /// Indices of experiments by name, in the order of the study. Throws InputError for one that is
+  /// not in the study, or is calibrated: it cannot tell how well the calibration transfers.
+  std::vector<std::size_t> TransferExperiments(const std::vector<std::string>& names) const;
+  Fidelity FidelityOf(std::size_t experiment) const;
+
+  /// Of the calibrated experiments.
   Objectives MakeObjectives() const;
   /// "consolidation.void_ratio" → the observation behind each target, in MakeObjectives() order.
   std::vector<const ObservedResponse*> Observations() const;

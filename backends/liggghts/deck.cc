@@ -4,12 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "backends/insertion.h"
+#include "backends/liggghts/deck_bodies.h"
+#include "backends/liggghts/deck_data.h"
 #include "backends/liggghts/deck_model.h"
+#include "backends/liggghts/deck_text.h"
+#include "backends/liggghts/stage_states.h"
 #include "backends/particle_summary.h"
-#include "backends/servo_gain.h"
-#include "scaling/groups.h"
 
 namespace powdercal::liggghts {
 namespace {
@@ -17,13 +20,13 @@ namespace {
 constexpr const char* kDumpColumns = "id type x y z radius vx vy vz omegax omegay omegaz";
 constexpr const char* kDumpFormat =
     "sort id format \"%d %d %.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g\"";
-constexpr int kSeriesSteps = 100;
 constexpr int kServoCheckSteps = 1000;
-constexpr const char* kPrimitives[] = {"xplane", "yplane", "zplane"};
 
 // Contacts that separate and meet again between two builds of the neighbour list keep their springs
 // unless LIGGGHTS looks at pairs somewhat farther apart than touching (by this factor), too.
 constexpr double kContactDistanceFactor = 1.02;
+
+std::string RestartFile(std::size_t stage) { return fmt::format("{}-save.restart", stage); }
 
 long long StepsOf(double duration, double time_step) {
   return std::max(1LL, static_cast<long long>(std::llround(duration / time_step)));
@@ -32,45 +35,57 @@ long long StepsOf(double duration, double time_step) {
 class DeckWriter {
  public:
   DeckWriter(const Program& program, const ParticleSummary& particles)
-      : program_(program), particles_(particles) {}
+      : program_(program), particles_(particles), bodies_(program, text_) {}
 
   std::string Write() {
-    Header();
-    text_ += WriteProperties(program_);
+    Header(fmt::format("read_data {}", kDataFile));
+    bodies_.DefineGroups();
     Simulation();
+    Add("variable n equal atoms\nvariable start_n equal ${{n}}\nvariable now equal 0");
+    Add("variable shift equal 0\nvariable clock equal 0");
+    Thermo();
+    Add("print \"PC START n=${{start_n}}\"");
     for (stage_ = 0; stage_ < program_.stages.size(); ++stage_) {
       std::visit([this](const auto& stage) { Write(stage); }, program_.stages[stage_]);
     }
-    return std::move(text_);
+    return text_.Take();
   }
 
  private:
   template <typename... Args>
   void Add(fmt::format_string<Args...> format, Args&&... args) {
-    text_ += fmt::format(format, std::forward<Args>(args)...);
-    text_ += '\n';
+    text_.Add(format, std::forward<Args>(args)...);
+  }
+  void Freeze(const std::string& name, const std::string& expression) {
+    text_.Freeze(name, expression);
   }
 
-  // Sets a variable to what an expression is now: later runs or dumps do not change it.
-  void Freeze(const char* name, const std::string& expression) {
-    Add("variable formula equal {}\nvariable {} equal ${{formula}}", expression, name);
+  // With outflow sides, where LIGGGHTS deletes particles, it must not complain of lost ones. Open
+  // sides then give way (m), so that whoever passes them is still there to be found.
+  char BoundaryLetter(std::size_t axis) const {
+    switch (program_.domain.boundaries[axis]) {
+      case Boundary::periodic:
+        return 'p';
+      case Boundary::open:
+        return HasOutflow(program_) ? 'm' : 'f';
+      case Boundary::outflow:
+        break;
+    }
+    return 'f';
   }
 
-  void Header() {
+  void Header(const std::string& read) {
     const Materials& m = program_.materials;
-    const auto letter = [&](std::size_t axis) {
-      return program_.domain.boundaries[axis] == Boundary::periodic ? 'p' : 'f';
-    };
     Add("# written by powdercal; experiment {}, program {}", program_.experiment, program_.Hash());
     Add("atom_style granular\natom_modify map array");
-    Add("boundary {} {} {}", letter(0), letter(1), letter(2));
+    Add("boundary {} {} {}", BoundaryLetter(0), BoundaryLetter(1), BoundaryLetter(2));
     Add("newton off\ncommunicate single vel yes\nunits si");
     if (program_.law.normal == ContactLaw::Normal::hertz) {
       // LIGGGHTS wants to be told of moduli outside its usual range.
       Add("hard_particles {}", m.young_modulus > 1e9 ? "yes" : "no");
       if (m.young_modulus < 5e6) Add("soft_particles yes");
     }
-    Add("read_data {}", kDataFile);
+    Add("{}", read);
     Add("neighbor {} bin", 0.1 * particles_.mean_diameter);
     const bool springs = program_.law.tangential == ContactLaw::Tangential::history ||
                          program_.law.rolling == ContactLaw::Rolling::epsd2;
@@ -79,47 +94,46 @@ class DeckWriter {
   }
 
   void Simulation() {
+    text_.Append(WriteProperties(program_));
     Add("pair_style {}", PairStyle(program_.law));
     Add("pair_coeff * *");
     Add("timestep {}", program_.time_step);
-    Add("fix integrate all nve/sphere");
+    Add("fix integrate {} nve/sphere", bodies_.free());
     if (Gravity() > 0) {
       const Vector3& g = program_.gravity;
-      Add("fix gravity all gravity {} vector {} {} {}", Gravity(), g[0], g[1], g[2]);
+      Add("fix gravity {} gravity {} vector {} {} {}", bodies_.free(), Gravity(), g[0], g[1], g[2]);
     }
-    for (std::size_t i = 0; i < program_.walls.size(); ++i) {
-      const PlaneWall& wall = program_.walls[i];
-      if (IsServo(wall.name)) continue;
-      Add("fix wall_{} all {} primitive type {} {} {} {}", i, WallStyle(program_.law), TypeOf(wall),
-          kPrimitives[wall.axis], wall.position, WallOptions(program_.law));
-    }
+    bodies_.Place(segment_);
     Add("compute radius all property/atom radius\nvariable top_of atom z+c_radius");
-    Add("compute top all reduce max v_top_of\ncompute ke all ke\ncompute kr all erotate/sphere");
-    Add("compute contacts all contact/atom\ncompute z all reduce ave c_contacts");
-    Add("variable n equal atoms\nvariable start_n equal ${{n}}\nvariable now equal 0");
-    Thermo("");
-    Add("print \"PC START n=${{start_n}}\"");
+    Add("compute top all reduce max v_top_of");
+    Add("compute ke {0} ke\ncompute kr {0} erotate/sphere", bodies_.free());
+    Add("compute contacts all contact/atom\ncompute z {} reduce ave c_contacts", bodies_.free());
+    ran_ = false;
   }
 
   // Lost atoms are ignored by default, and every thermo_style resets that.
-  void Thermo(const std::string& columns) {
-    Add("thermo_style custom step atoms c_ke c_kr c_top c_z{}", columns);
-    Add("thermo 1000000000\nthermo_modify lost error norm no");
+  void Thermo() {
+    Add("thermo_style custom step atoms c_ke c_kr c_top c_z{}",
+        bodies_.lid_placed() ? " f_lid[3] f_lid[9]" : "");
+    Add("thermo 1000000000\nthermo_modify lost {} norm no",
+        HasOutflow(program_) ? "ignore" : "error");
   }
 
   // Runs, then takes down what every stage looks at.
   void Run(const std::string& steps) {
     Add("run {} pre yes post no", steps);
+    ran_ = true;
     Freeze("now", "step");
+    Freeze("clock", "${now}+${shift}");
     Freeze("energy", "c_ke+c_kr");
     Freeze("coordination", "c_z");
-    Add("print \"PC CHECK stage={} step=${{now}} ke=${{energy}}\"", stage_);
+    Add("print \"PC CHECK stage={} step=${{clock}} ke=${{energy}}\"", stage_);
   }
 
   // After a run: values as of its end.
   void EndStage(const std::string& more = "") {
     std::string servo;
-    if (servo_) {
+    if (bodies_.lid_placed()) {
       Freeze("height", "v_h");
       Freeze("rise", "${height}-${z0}");
       servo = " h=${height} rise=${rise}";
@@ -127,7 +141,7 @@ class DeckWriter {
     Freeze("end_n", "v_n");
     Add("write_dump all custom {} {} modify {}", DumpFile(program_, stage_), kDumpColumns,
         kDumpFormat);
-    Add("print \"PC END stage={} step=${{now}} n=${{end_n}} ke=${{energy}} "
+    Add("print \"PC END stage={} step=${{clock}} n=${{end_n}} ke=${{energy}} "
         "z=${{coordination}}{}{}\"",
         stage_, servo, more);
   }
@@ -152,30 +166,22 @@ class DeckWriter {
   }
 
   void Write(const Servo& servo) {
-    const auto wall = std::find_if(program_.walls.begin(), program_.walls.end(),
-                                   [&](const PlaneWall& w) { return w.name == servo.wall; });
-    const double area = program_.domain.BaseArea();
-    const Vector3& lower = program_.domain.lower;
-    const double speed = ServoSpeed(program_, servo);
-    const double limit = std::max(servo.max_velocity, speed);
-    servo_ = servo;
-    // Before the first run no thermo output has computed it.
-    if (stage_ == FirstRun()) Run("0");
-    Add("variable z0 equal c_top\nvariable z0 equal ${{z0}}+{}", 0.03 * particles_.mean_diameter);
-    Add("fix lid all mesh/surface/stress/servo file {0} type {1} move {2} {3} ${{z0}} com {2} {3} "
-        "${{z0}} ctrlPV force axis 0 0 -1 target_val {4} vel_max {5} kp {6}",
-        kMeshFile, TypeOf(*wall), lower[0], lower[1], servo.stress * area, limit, speed / limit);
-    Add("fix wall_lid all {} mesh n_meshes 1 meshes lid {}", WallStyle(program_.law),
-        WallOptions(program_.law));
-    Add("variable p equal -f_lid[3]/{}\nvariable h equal f_lid[9]", area);
-    Add("fix series all ave/time 1 {0} {0} v_p v_h file {1}", kSeriesSteps, kSeriesFile);
-    Thermo(" f_lid[3] f_lid[9]");
+    const bool first = !bodies_.lid_placed();
+    stress_ = servo.stress;
+    if (first) {
+      if (!ran_) Run("0");  // no thermo output has computed the top yet
+      Add("variable z0 equal c_top\nvariable z0 equal ${{z0}}+{}", 0.03 * particles_.mean_diameter);
+      bodies_.PlaceLid(servo);
+      Thermo();
+    } else {
+      bodies_.ChangeLid(servo);
+    }
     Add("variable i{0} loop {1}\nlabel load_{0}", stage_,
         StepsOf(servo.max_duration, program_.time_step) / kServoCheckSteps + 1);
     Run(fmt::to_string(kServoCheckSteps));
-    Freeze("borne", "abs(f_series[1])");
-    Add("if \"${{borne}} > {1}\" then \"variable i{0} delete\" \"jump SELF loaded_{0}\"", stage_,
-        0.9 * servo.stress);
+    Freeze("borne", fmt::format("abs(f_series_lid[3])/{}", stress_ * program_.domain.BaseArea()));
+    Add("if \"{1}\" then \"variable i{0} delete\" \"jump SELF loaded_{0}\"", stage_,
+        first ? "${borne} > 0.9" : "(${borne} > 0.9) && (${borne} < 1.1)");
     Add("next i{0}\njump SELF load_{0}\nlabel loaded_{0}", stage_);
     EndStage();
   }
@@ -196,7 +202,7 @@ class DeckWriter {
     Freeze("change", "abs(${depth}/${before}-1)");
     Add("variable before equal ${{depth}}");
     Freeze("velocity", fmt::format("(v_h-${{h0}})/{}", duration));
-    Freeze("error", fmt::format("abs(abs(${{stress}})/{}-1)", servo_->stress));
+    Freeze("error", fmt::format("abs(abs(${{stress}})/{}-1)", stress_));
     Freeze("quiet", fmt::format("${{energy}}/(${{depth}}*{})", ElasticEnergyPerHeight()));
     Freeze("rest", fmt::format("(${{change}}<{})*(${{error}}<{})*(${{quiet}}<{})",
                                hold.strain_rate * duration, hold.stress_tolerance,
@@ -213,25 +219,44 @@ class DeckWriter {
       Add("dump frames_{} all custom 1 {} {}", stage_, FramesFile(program_, stage_), kDumpColumns);
       Add("dump_modify frames_{0} every v_next_{0} {1}", stage_, kDumpFormat);
     }
+    bodies_.StartMotions(advance);
     Run(fmt::to_string(StepsOf(advance.duration, program_.time_step)));
     if (frames) Add("undump frames_{}", stage_);
     EndStage();
+    bodies_.EndMotions(advance);
   }
 
   void Write(const Deform&) {}  // not supported
-  void Write(const Save&) {}
-  void Write(const Restore&) {}
-  void Write(const Remove&) {}
+
+  void Write(const Save& save) {
+    saved_[save.name] = {bodies_.state(), stress_, stage_};
+    Add("write_restart {}", RestartFile(stage_));
+    Add("variable step_{} equal ${{now}}", stage_);
+    if (bodies_.lid_placed()) Add("variable z0_{} equal ${{z0}}", stage_);
+  }
+
+  // Variables survive `clear`. LIGGGHTS' count of steps goes back with the state.
+  void Write(const Restore& restore) {
+    const Saved& saved = saved_.at(restore.name);
+    bodies_.SetState(saved.bodies);
+    stress_ = saved.stress;
+    ++segment_;
+    Add("clear");
+    Header(fmt::format("read_restart {}", RestartFile(saved.stage)));
+    Freeze("now", fmt::format("${{step_{}}}", saved.stage));
+    Freeze("shift", "${clock}-${now}");
+    if (bodies_.lid_placed()) Add("variable z0 equal ${{z0_{}}}", saved.stage);
+    Simulation();
+    Thermo();
+    Add("print \"PC RESTORE segment={} shift=${{shift}}\"", segment_);
+  }
+
+  void Write(const Remove& remove) { bodies_.Remove(remove.body); }
 
   // Elastic energy of the bed under the servo's stress, per unit of its height [J/m]: stress times
-  // area over kappa, which is the reciprocal of a relative overlap.
+  // area over kappa.
   double ElasticEnergyPerHeight() const {
-    const Materials& m = program_.materials;
-    const double stress = servo_->stress;
-    const double kappa = program_.law.normal == ContactLaw::Normal::linear
-                             ? m.linear.normal / (stress * particles_.mean_diameter)
-                             : StiffnessNumber(m.young_modulus, m.poisson_ratio, stress);
-    return stress * program_.domain.BaseArea() / kappa;
+    return stress_ * program_.domain.BaseArea() / StiffnessUnder(program_, stress_);
   }
 
   // Where the bed stands [m].
@@ -248,58 +273,22 @@ class DeckWriter {
     return std::hypot(g[0], g[1], g[2]);
   }
 
-  bool IsServo(const std::string& wall) const {
-    return std::any_of(program_.stages.begin(), program_.stages.end(), [&](const Stage& stage) {
-      const Servo* servo = std::get_if<Servo>(&stage);
-      return servo != nullptr && servo->wall == wall;
-    });
-  }
-
-  // Index of the first stage that runs.
-  std::size_t FirstRun() const {
-    return std::holds_alternative<Insert>(program_.stages.front()) ? 1 : 0;
-  }
+  struct Saved {
+    DeckBodies::State bodies;
+    double stress = 0;
+    std::size_t stage = 0;
+  };
 
   const Program& program_;
   const ParticleSummary particles_;
-  std::optional<Servo> servo_;
+  DeckText text_;
+  DeckBodies bodies_;
+  std::map<std::string, Saved> saved_;
+  double stress_ = 0;  // [Pa] of the servo
+  bool ran_ = false;   // since the beginning or the last restart
+  int segment_ = 0;
   std::size_t stage_ = 0;
-  std::string text_;
 };
-
-std::string WriteData(const Program& program, const Packing& packing) {
-  const Domain& d = program.domain;
-  std::string text = fmt::format("powdercal packing\n\n{} atoms\n{} atom types\n\n", packing.size(),
-                                 TypeCount(program));
-  const char* axes[] = {"x", "y", "z"};
-  for (std::size_t i = 0; i < 3; ++i) {
-    text += fmt::format("{} {} {}lo {}hi\n", d.lower[i], d.upper[i], axes[i], axes[i]);
-  }
-  text += "\nAtoms\n\n";
-  for (const Sphere& s : packing) {
-    text += fmt::format("{} {} {} {} {} {} {}\n", s.id, kParticleType, 2 * s.radius,
-                        program.materials.density, s.position[0], s.position[1], s.position[2]);
-  }
-  text += "\nVelocities\n\n";
-  for (const Sphere& s : packing) {
-    text += fmt::format("{} {} {} {} {} {} {}\n", s.id, s.velocity[0], s.velocity[1], s.velocity[2],
-                        s.spin[0], s.spin[1], s.spin[2]);
-  }
-  return text;
-}
-
-// A rectangle at z = 0 with one corner at the origin, facing down.
-std::string WriteMesh(double x, double y) {
-  using Corner = std::array<double, 2>;
-  const auto facet = [](Corner a, Corner b, Corner c) {
-    return fmt::format(
-        "facet normal 0 0 -1\nouter loop\nvertex {} {} 0\nvertex {} {} 0\nvertex {} {} 0\n"
-        "endloop\nendfacet\n",
-        a[0], a[1], b[0], b[1], c[0], c[1]);
-  };
-  return "solid lid\n" + facet({0, 0}, {x, y}, {x, 0}) + facet({0, 0}, {0, y}, {x, y}) +
-         "endsolid lid\n";
-}
 
 }  // namespace
 
@@ -311,17 +300,20 @@ std::string FramesFile(const Program& program, std::size_t stage) {
   return fmt::format("{}-{}-frames.dump", stage, StageName(program.stages[stage]));
 }
 
+std::string MeshFile(std::size_t mesh) { return fmt::format("mesh-{}.stl", mesh); }
+
+std::string SeriesFile(int segment, const std::string& tag) {
+  return fmt::format("series-{}-{}.txt", segment, tag);
+}
+
 Input WriteInput(const Program& program) {
   const Insert* insert = std::get_if<Insert>(&program.stages.front());
   const Packing packing =
       PlaceParticles(program.particles, program.domain, insert != nullptr ? *insert : Insert{});
   Input input{.deck = DeckWriter(program, Summarise(program.particles)).Write(),
-              .data = WriteData(program, packing),
+              .files = WriteMeshes(program),
               .particle_count = static_cast<int>(packing.size())};
-  const bool servo =
-      std::any_of(program.stages.begin(), program.stages.end(),
-                  [](const Stage& stage) { return std::holds_alternative<Servo>(stage); });
-  if (servo) input.mesh = WriteMesh(program.domain.Lengths()[0], program.domain.Lengths()[1]);
+  input.files[kDataFile] = WriteData(program, packing);
   return input;
 }
 

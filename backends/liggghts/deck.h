@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <string>
 
 #include "backends/program.h"
@@ -9,29 +10,38 @@ namespace powdercal::liggghts {
 /// Names of the files in a run's work folder.
 inline constexpr const char* kDeckFile = "in.deck";
 inline constexpr const char* kDataFile = "packing.data";
-inline constexpr const char* kMeshFile = "wall.stl";
+inline constexpr const char* kLidFile = "lid.stl";  ///< what the servo moves
 inline constexpr const char* kScreenFile = "screen.txt";
-inline constexpr const char* kSeriesFile = "series.txt";
 /// Packing at the end of a stage of Program::stages: "1-settle.dump".
 std::string DumpFile(const Program& program, std::size_t stage);
 /// Packings on the way through an Advance: "2-advance-frames.dump".
 std::string FramesFile(const Program& program, std::size_t stage);
+/// Surface of Program::meshes[mesh] at the beginning: "mesh-0.stl".
+std::string MeshFile(std::size_t mesh);
+/// Means over windows: "series-0-lid.txt". A segment ends with each Restore; tags are "lid",
+/// "mesh_0", "group_0", "slab".
+std::string SeriesFile(int segment, const std::string& tag);
+
+/// Window of averaging of all series, and how often the slab is looked at within one [steps].
+inline constexpr int kSeriesSteps = 100;
+inline constexpr int kSlabSteps = 20;
 
 // What the deck prints, one a line: "PC KIND key=value …". Steps count from the beginning of the
-// program.
+// program, through Restores.
 //   START n               particles, before the first step
-//   CHECK stage step ke   in the loops of Settle, Servo and Hold
+//   CHECK stage step ke   after each run
+//   RESTORE segment shift what to add to the steps in the files that follow
 //   END stage step n ke z, from the servo on h, rise; of Hold also p, velocity, change, quiet, rest
-// `ke` kinetic energy [J], `z` coordination number, `h` the servo's height [m] and `rise` its way
-// from where it was put, `p` its mean stress over the last window [Pa, tensile], `velocity` [m/s]
-// its mean over the same, `change` that of its mean height above the floor relative to the window
-// before, `quiet` kinetic to elastic energy, `rest` 1 where the criteria of Hold are met.
+// `ke` kinetic energy of the free particles [J], `z` their coordination number, `h` the servo's
+// lowest point [m] and `rise` its way from where it was put, `p` its mean stress over the last
+// window [Pa, tensile], `velocity` [m/s] its mean over the same, `change` that of its mean height
+// above the floor relative to the window before, `quiet` kinetic to elastic energy, `rest` 1 where
+// the criteria of Hold are met.
 
 /// Everything LIGGGHTS reads, as text.
 struct Input {
   std::string deck;
-  std::string data;
-  std::string mesh;  ///< "" where the program has no servo
+  std::map<std::string, std::string> files;  ///< packing and surfaces, by name
   int particle_count = 0;
 };
 

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "backends/particle_summary.h"
+#include "scaling/groups.h"
 
 namespace powdercal::liggghts {
 namespace {
@@ -128,7 +129,7 @@ void AddLiquidBridge(const Program& program, PropertyWriter& properties) {
 }  // namespace
 
 int TypeCount(const Program& program) {
-  int types = kParticleType;
+  int types = program.meshes.empty() ? kParticleType : kWallType;
   for (const PlaneWall& wall : program.walls) types = std::max(types, TypeOf(wall));
   return types;
 }
@@ -150,6 +151,14 @@ std::string WallStyle(const ContactLaw& law) {
 }
 
 std::string WallOptions(const ContactLaw& law) { return ModelOptions(law); }
+
+double StiffnessUnder(const Program& program, double stress) {
+  const Materials& m = program.materials;
+  if (program.law.normal == ContactLaw::Normal::linear) {
+    return m.linear.normal / (stress * Summarise(program.particles).mean_diameter);
+  }
+  return StiffnessNumber(m.young_modulus, m.poisson_ratio, stress);
+}
 
 std::string WriteProperties(const Program& program) {
   const Materials& m = program.materials;

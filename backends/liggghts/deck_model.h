@@ -21,6 +21,9 @@ std::string PairStyle(const ContactLaw& law);
 std::string WallStyle(const ContactLaw& law);
 std::string WallOptions(const ContactLaw& law);
 
+/// Stiffness number kappa of the bed under a stress [Pa], the reciprocal of a relative overlap.
+double StiffnessUnder(const Program& program, double stress);
+
 /// The commands that state the materials' properties, one a line. Requires a supported program and
 /// an explicit packing that is not empty, or a valid size distribution.
 std::string WriteProperties(const Program& program);

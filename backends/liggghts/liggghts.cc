@@ -91,8 +91,7 @@ class LiggghtsBackend final : public Backend {
     fs::remove_all(folder);  // what an interrupted attempt left must not pass for a result
     fs::create_directories(folder);
     WriteFile(folder / liggghts::kDeckFile, input.deck);
-    WriteFile(folder / liggghts::kDataFile, input.data);
-    if (!input.mesh.empty()) WriteFile(folder / liggghts::kMeshFile, input.mesh);
+    for (const auto& [name, text] : input.files) WriteFile(folder / name, text);
     // "-screen none" crashes with a mesh: always to a file.
     const ProcessResult process =
         RunProcess({.arguments = {kProgram, "-in", liggghts::kDeckFile, "-log", "none", "-screen",

@@ -1,14 +1,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
 
 #include "backends/liggghts/deck.h"
+#include "backends/liggghts/stage_states.h"
 #include "backends/particle_summary.h"
 
 namespace powdercal::liggghts {
 namespace {
 
 constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
+constexpr double kSmallestMesh = 1e-4;  // [m] LIGGGHTS refuses surfaces of less
 
 // Figures of the particles, where they can be told; else whoever places them explains.
 std::optional<ParticleSummary> SummariseIfValid(const Particles& particles) {
@@ -25,7 +30,8 @@ std::string ExplainDmt(const Program& program) {
            "force goes with another mean of two radii than R*); use cohesion: sjkr2 or none, or "
            "one size";
   }
-  const bool sticky = std::any_of(program.walls.begin(), program.walls.end(),
+  const bool sticky = !program.meshes.empty() ||
+                      std::any_of(program.walls.begin(), program.walls.end(),
                                   [](const PlaneWall& wall) { return !wall.frictionless; });
   if (sticky && program.materials.particle_wall.surface_energy != 0) {
     return "LIGGGHTS has no DMT adhesion at walls (its liquid bridges leave walls dry); use walls "
@@ -42,7 +48,7 @@ std::string ExplainLaw(const Program& program) {
            "displacement";
   }
   double restitution = program.materials.particle_particle.restitution;
-  if (!program.walls.empty()) {
+  if (!program.walls.empty() || !program.meshes.empty()) {
     restitution = std::min(restitution, program.materials.particle_wall.restitution);
   }
   if (law.normal == ContactLaw::Normal::hertz && restitution <= 0.05) {
@@ -51,16 +57,77 @@ std::string ExplainLaw(const Program& program) {
   return ExplainDmt(program);
 }
 
+std::string ExplainMesh(const Mesh& mesh) {
+  if (mesh.triangles.empty()) return fmt::format("mesh '{}' has no triangles", mesh.name);
+  double lowest = HUGE_VAL;
+  double highest = -HUGE_VAL;
+  for (const Vector3& vertex : mesh.vertices) {
+    for (const double x : vertex) {
+      lowest = std::min(lowest, x);
+      highest = std::max(highest, x);
+    }
+  }
+  if (highest - lowest >= kSmallestMesh) return "";
+  return fmt::format("mesh '{}' is too small for LIGGGHTS, which wants surfaces of 0.1 mm or more",
+                     mesh.name);
+}
+
+std::string ExplainGroups(const Program& program) {
+  if (program.groups.empty()) return "";
+  if (!program.particles.packing) return "glued groups need an explicit packing";
+  std::set<std::int64_t> free;
+  for (const Sphere& sphere : *program.particles.packing) free.insert(sphere.id);
+  for (const GluedGroup& group : program.groups) {
+    if (group.ids.empty()) return fmt::format("glued group '{}' is empty", group.name);
+    for (const std::int64_t id : group.ids) {
+      if (free.erase(id) == 0) {
+        return fmt::format("glued group '{}': there is no particle {} that is not glued already",
+                           group.name, id);
+      }
+    }
+  }
+  return free.empty() ? "all particles are glued" : "";
+}
+
+// Contacts with walls do not enter LIGGGHTS' stress of a particle.
+std::string ExplainSlab(const Program& program) {
+  if (!program.stress_slab) return "";
+  const auto particles = SummariseIfValid(program.particles);
+  if (!particles) return "";
+  const double bottom = (*program.stress_slab)[0] - particles->largest_diameter;
+  const double top = (*program.stress_slab)[1] + particles->largest_diameter;
+  const auto touches = [](const std::string& body) {
+    return fmt::format(
+        "the slab for the stress is within a diameter of the largest particle of '{}': contacts "
+        "with walls and meshes do not enter LIGGGHTS' stress",
+        body);
+  };
+  const Servo* servo = FirstServo(program);
+  const auto is_servo = [&](const std::string& body) {
+    return servo != nullptr && servo->wall == body;
+  };
+  for (const PlaneWall& wall : program.walls) {
+    if (is_servo(wall.name)) continue;
+    const bool inside = wall.position > bottom && wall.position < top;
+    if (wall.axis != 2 || inside) return touches(wall.name);
+  }
+  for (const Mesh& mesh : program.meshes) {
+    if (is_servo(mesh.name)) continue;
+    double lowest = HUGE_VAL;
+    double highest = -HUGE_VAL;
+    for (const Vector3& vertex : mesh.vertices) {
+      lowest = std::min(lowest, vertex[2]);
+      highest = std::max(highest, vertex[2]);
+    }
+    if (highest > bottom && lowest < top) return touches(mesh.name);
+  }
+  return "";
+}
+
 std::string ExplainGeometry(const Program& program) {
   const Domain& domain = program.domain;
   const auto particles = SummariseIfValid(program.particles);
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (domain.boundaries[axis] == Boundary::outflow) {
-      return fmt::format(
-          "the sides of the domain across {} let particles leave, which is not offered through "
-          "LIGGGHTS yet",
-          kAxes[axis]);
-    }
     const bool periodic = domain.boundaries[axis] == Boundary::periodic;
     // Contacts are told apart by the ids of their partners.
     if (periodic && particles && domain.Lengths()[axis] < 2 * particles->largest_diameter) {
@@ -76,8 +143,11 @@ std::string ExplainGeometry(const Program& program) {
       }
     }
   }
-  if (!program.meshes.empty()) return "meshes are not offered through LIGGGHTS yet";
-  if (!program.groups.empty()) return "glued groups are not offered through LIGGGHTS yet";
+  for (const Mesh& mesh : program.meshes) {
+    if (std::string reason = ExplainMesh(mesh); !reason.empty()) return reason;
+  }
+  if (std::string reason = ExplainGroups(program); !reason.empty()) return reason;
+  if (std::string reason = ExplainSlab(program); !reason.empty()) return reason;
   if (!program.particles.contacts.empty()) {
     return "LIGGGHTS cannot be handed a contact history: its contacts begin without one";
   }
@@ -99,37 +169,96 @@ class StageCheck {
       const std::string reason = std::visit([this](const auto& s) { return Check(s); }, stages[i]);
       if (!reason.empty()) return fmt::format("stage {} ({}): {}", i, StageName(stages[i]), reason);
     }
-    return stages.size() > (inserts ? 1 : 0) ? "" : "no stage beyond insert";
+    return LastMoment(program_) ? "" : "no stage beyond insert";
   }
 
  private:
   static std::string Check(const Insert&) { return "particles are inserted at the beginning only"; }
   static std::string Check(const Settle&) { return ""; }
   std::string Check(const Servo& servo) {
-    if (servo_) return "only one servo";
-    servo_ = true;
-    const auto wall =
-        std::find_if(program_.walls.begin(), program_.walls.end(),
-                     [&](const PlaneWall& plane) { return plane.name == servo.wall; });
-    if (wall == program_.walls.end()) return fmt::format("no wall '{}'", servo.wall);
-    if (wall->axis != 2 || wall->facing_positive) {
-      return fmt::format("the servo's wall '{}' has to face down", servo.wall);
+    if (const std::string& first = FirstServo(program_)->wall; first != servo.wall) {
+      return fmt::format("only one servo, and '{}' has it", first);
     }
+    if (std::string reason = ExplainAbsent(servo.wall); !reason.empty()) return reason;
+    if (Group(servo.wall)) {
+      return fmt::format(
+          "'{}' is a glued group: LIGGGHTS controls the stress of planes and meshes only",
+          servo.wall);
+    }
+    for (const PlaneWall& wall : program_.walls) {
+      if (wall.name == servo.wall && (wall.axis != 2 || wall.facing_positive)) {
+        return fmt::format("the servo's wall '{}' has to face down", servo.wall);
+      }
+    }
+    state_.servo = true;
     return "";
   }
-  std::string Check(const Hold&) const { return servo_ ? "" : "no servo before it"; }
-  static std::string Check(const Advance& advance) {
-    return advance.motions.empty() ? "" : "moving bodies are not offered through LIGGGHTS yet";
+  std::string Check(const Hold&) const { return state_.servo ? "" : "no servo before it"; }
+  std::string Check(const Advance& advance) const {
+    for (const Motion& motion : advance.motions) {
+      const std::string& body = motion.body;
+      if (std::string reason = ExplainAbsent(body); !reason.empty()) return reason;
+      if (Plane(body)) return fmt::format("LIGGGHTS moves meshes and glued groups, not '{}'", body);
+      if (const Servo* servo = FirstServo(program_); servo != nullptr && servo->wall == body) {
+        return fmt::format("LIGGGHTS cannot move '{}', which has a servo", body);
+      }
+      if (motion.spin != Vector3{}) {
+        return fmt::format("'{}' turns, which is not offered through LIGGGHTS", body);
+      }
+    }
+    return "";
   }
   static std::string Check(const Deform&) {
     return "LIGGGHTS has no cell that deforms under a controlled stress, nor Lees-Edwards shear";
   }
-  static std::string Check(const Save&) { return "not offered through LIGGGHTS yet"; }
-  static std::string Check(const Restore&) { return "not offered through LIGGGHTS yet"; }
-  static std::string Check(const Remove&) { return "not offered through LIGGGHTS yet"; }
+  std::string Check(const Save& save) {
+    if (program_.law.cohesion == ContactLaw::Cohesion::dmt) {
+      return "LIGGGHTS' liquid bridges, which stand for DMT adhesion, cannot be saved";
+    }
+    if (saved_.emplace(save.name, state_).second) return "";
+    return fmt::format("there are two states '{}'", save.name);
+  }
+  std::string Check(const Restore& restore) {
+    const auto saved = saved_.find(restore.name);
+    if (saved == saved_.end()) return fmt::format("no state '{}' was saved", restore.name);
+    state_ = saved->second;
+    return "";
+  }
+  std::string Check(const Remove& remove) {
+    const std::string& body = remove.body;
+    if (std::string reason = ExplainAbsent(body); !reason.empty()) return reason;
+    if (Group(body)) return fmt::format("'{}' is a glued group", body);
+    if (const Servo* servo = FirstServo(program_); servo != nullptr && servo->wall == body) {
+      return fmt::format("'{}' has a servo", body);
+    }
+    state_.removed.insert(body);
+    return "";
+  }
+
+  template <typename Body>
+  static bool Names(const std::vector<Body>& bodies, const std::string& name) {
+    return std::any_of(bodies.begin(), bodies.end(),
+                       [&](const Body& body) { return body.name == name; });
+  }
+  bool Plane(const std::string& body) const { return Names(program_.walls, body); }
+  bool Group(const std::string& body) const { return Names(program_.groups, body); }
+
+  std::string ExplainAbsent(const std::string& body) const {
+    if (!Plane(body) && !Names(program_.meshes, body) && !Group(body)) {
+      return fmt::format("no wall, mesh or group '{}'", body);
+    }
+    return state_.removed.contains(body) ? fmt::format("'{}' was removed before", body) : "";
+  }
+
+  // What Restore brings back.
+  struct State {
+    bool servo = false;  // at work
+    std::set<std::string> removed;
+  };
 
   const Program& program_;
-  bool servo_ = false;
+  State state_;
+  std::map<std::string, State> saved_;
 };
 
 }  // namespace

@@ -1,16 +1,19 @@
 #include "optimizers/bayesian/bayesian.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <optional>
 #include <stdexcept>
 
 #include "core/random.h"
 #include "optimizers/bayesian/acquisition.h"
+#include "optimizers/bayesian/scalarisation.h"
 
 namespace powdercal {
 namespace {
@@ -52,13 +55,27 @@ double Median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
+// With objectives numbered 0, 1, …, all 0 where they are joint.
+Objectives Numbered(Objectives objectives) {
+  std::map<int, int> numbers;
+  for (Target& target : objectives.targets) {
+    if (objectives.kind == Objectives::Kind::joint) target.objective = 0;
+    numbers.emplace(target.objective, 0);
+  }
+  int next = 0;
+  for (auto& [objective, number] : numbers) number = next++;
+  for (Target& target : objectives.targets) target.objective = numbers.at(target.objective);
+  return objectives;
+}
+
 class Bayesian final : public Optimizer {
  public:
   Bayesian(const BayesianOptions& options, const SearchSpace& space, const Objectives& objectives,
            std::uint64_t seed)
       : options_(options),
         dimension_(space.dimension()),
-        objectives_(objectives),
+        objectives_(Numbered(objectives)),
+        objective_count_(ObjectiveCount(objectives_)),
         stream_(RandomStream(seed).Split("bayesian")) {
     if (ExplainUnsupported(space, objectives).empty()) {
       design_ = MakeDesign(options.initial_design, space, seed);
@@ -69,21 +86,26 @@ class Bayesian final : public Optimizer {
   void Tell(std::span<const Observation> observations) override;
   Status status() const override { return {Status::Phase::ready, message_}; }
   Capabilities capabilities() const override {
-    return {.noise = true, .asynchronous = true, .failures = true};
+    return {.noise = true,
+            .asynchronous = true,
+            .pareto = options_.acquisition == BayesianOptions::Acquisition::composite_log_ei,
+            .failures = true};
   }
   std::string ExplainUnsupported(const SearchSpace& space,
                                  const Objectives& objectives) const override;
 
  private:
   Candidate Propose();
-  std::optional<Acquisition> MakeAcquisition() const;
+  Scalarisation Scalarise() const;
+  double Scalarised(const Observation& observation, const Eigen::ArrayXd& weights) const;
+  std::optional<Acquisition> MakeAcquisition(const Scalarisation& scalarisation) const;
   GaussianProcess FitProcess(const Series& series, double fallback_scale) const;
-  void FitResponses(std::vector<GaussianProcess>* processes,
+  void FitResponses(const Scalarisation& scalarisation, std::vector<GaussianProcess>* processes,
                     Acquisition::Objective* objective) const;
   void FitObjective(std::vector<GaussianProcess>* processes,
                     Acquisition::Objective* objective) const;
   Eigen::VectorXd FarthestPoint(std::uint64_t seed) const;
-  Eigen::MatrixXd Anchors() const;
+  Eigen::MatrixXd Anchors(const Scalarisation& scalarisation) const;
   Eigen::MatrixXd Taken() const;
   bool IsTaken(const Eigen::VectorXd& point) const;
   bool TooManyFailures() const;
@@ -94,6 +116,7 @@ class Bayesian final : public Optimizer {
   BayesianOptions options_;
   int dimension_;
   Objectives objectives_;
+  int objective_count_;
   RandomStream stream_;
   std::vector<DesignPoint> design_;
   std::size_t design_next_ = 0;
@@ -109,14 +132,10 @@ std::string Bayesian::ExplainUnsupported(const SearchSpace& space,
                                          const Objectives& objectives) const {
   if (space.dimension() == 0) return "there is no parameter to search";
   if (objectives.targets.empty()) return "there is no observed response to match";
-  if (objectives.kind == Objectives::Kind::pareto) {
-    const auto [low, high] = std::minmax_element(
-        objectives.targets.begin(), objectives.targets.end(),
-        [](const Target& a, const Target& b) { return a.objective < b.objective; });
-    if (low->objective != high->objective) {
-      return "it minimises one objective and the study has several; use `objective: joint`, or a "
-             "design (sobol, latin_hypercube)";
-    }
+  if (options_.acquisition == BayesianOptions::Acquisition::ei &&
+      ObjectiveCount(Numbered(objectives)) > 1) {
+    return "`acquisition: ei` models one chi² and the study has several objectives; use "
+           "`acquisition: composite_log_ei`, or `objective: joint`";
   }
   return options_.initial_design.ExplainUnsupported(space);
 }
@@ -134,7 +153,11 @@ std::vector<Candidate> Bayesian::Ask(int max_count) {
       acquisition_.reset();
     } else {
       candidate = Propose();
-      if (acquisition_) acquisition_->AddPending(candidate.point);
+      if (objective_count_ > 1) {
+        acquisition_.reset();  // the next proposal has weights of its own
+      } else if (acquisition_) {
+        acquisition_->AddPending(candidate.point);
+      }
     }
     candidate.id = asked_++;
     pending_[candidate.id] = candidate.point;
@@ -170,12 +193,38 @@ void Bayesian::Tell(std::span<const Observation> observations) {
   acquisition_.reset();
 }
 
+Scalarisation Bayesian::Scalarise() const {
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  Eigen::MatrixXd chi2 = Eigen::MatrixXd::Constant(static_cast<Eigen::Index>(observations_.size()),
+                                                   objective_count_, kNaN);
+  Eigen::Index row = 0;
+  for (const auto& [id, observation] : observations_) {
+    if (Complete(observation)) {
+      for (int o = 0; o < objective_count_; ++o) {
+        chi2(row, o) = ChiSquared(objectives_, observation.responses, observation.variances, o);
+      }
+    }
+    ++row;
+  }
+  return MakeScalarisation(chi2, asked_,
+                           stream_.Split(static_cast<std::uint64_t>(asked_)).Split("objectives"));
+}
+
+double Bayesian::Scalarised(const Observation& observation, const Eigen::ArrayXd& weights) const {
+  double sum = 0;
+  for (int o = 0; o < objective_count_; ++o) {
+    sum += weights[o] * ChiSquared(objectives_, observation.responses, observation.variances, o);
+  }
+  return sum;
+}
+
 Candidate Bayesian::Propose() {
   const RandomStream stream = stream_.Split(static_cast<std::uint64_t>(asked_));
+  const Scalarisation scalarisation = Scalarise();
   message_.clear();
   if (!acquisition_) {
     try {
-      acquisition_ = MakeAcquisition();
+      acquisition_ = MakeAcquisition(scalarisation);
       if (!acquisition_) message_ = "fewer than two evaluations have succeeded";
     } catch (const std::exception& error) {
       message_ = fmt::format("no surrogate could be fitted ({})", error.what());
@@ -185,15 +234,19 @@ Candidate Bayesian::Propose() {
     MaximisationLimits limits{.taken = Taken(),
                               .radius = options_.de_duplication ? kDuplicateRadius : -1,
                               .min_feasibility = TooManyFailures() ? 0.5 : 0};
-    const Eigen::MatrixXd anchors = Anchors();
+    const Eigen::MatrixXd anchors = Anchors(scalarisation);
     Eigen::VectorXd point = MaximiseAcquisition(*acquisition_, anchors, limits, stream.seed());
     if (point.size() == 0 && limits.min_feasibility > 0) {
       limits.min_feasibility = 0;
       point = MaximiseAcquisition(*acquisition_, anchors, limits, stream.seed());
     }
     if (point.size() > 0) {
-      return {.point = point,
-              .origin = kAcquisitionNames[static_cast<std::size_t>(options_.acquisition)]};
+      std::string origin = kAcquisitionNames[static_cast<std::size_t>(options_.acquisition)];
+      if (objective_count_ > 1) {
+        const std::vector<double> shares(scalarisation.shares.begin(), scalarisation.shares.end());
+        origin += fmt::format(", weights {:.2f}", fmt::join(shares, " : "));
+      }
+      return {.point = point, .origin = std::move(origin)};
     }
     message_ = "the acquisition has no usable maximum";
   }
@@ -221,7 +274,8 @@ GaussianProcess Bayesian::FitProcess(const Series& series, double fallback_scale
   return process;
 }
 
-void Bayesian::FitResponses(std::vector<GaussianProcess>* processes,
+void Bayesian::FitResponses(const Scalarisation& scalarisation,
+                            std::vector<GaussianProcess>* processes,
                             Acquisition::Objective* objective) const {
   const std::vector<Target>& targets = objectives_.targets;
   objective->composite = true;
@@ -240,7 +294,8 @@ void Bayesian::FitResponses(std::vector<GaussianProcess>* processes,
     }
     // As in ChiSquared, with one weight for all points.
     objective->targets[index] = targets[j].value;
-    objective->weights[index] = 1 / (targets[j].sd * targets[j].sd + Median(series.variances));
+    objective->weights[index] = scalarisation.weights[targets[j].objective] /
+                                (targets[j].sd * targets[j].sd + Median(series.variances));
     // If all values are equal they differ from the target by the scale that matters.
     const double scale =
         std::max(std::abs(series.values.front() - targets[j].value), targets[j].sd);
@@ -276,13 +331,13 @@ void Bayesian::FitObjective(std::vector<GaussianProcess>* processes,
   processes->push_back(FitProcess(series, std::max(1.0, series.values.front())));
 }
 
-std::optional<Acquisition> Bayesian::MakeAcquisition() const {
+std::optional<Acquisition> Bayesian::MakeAcquisition(const Scalarisation& scalarisation) const {
   std::vector<GaussianProcess> processes;
   Acquisition::Objective objective;
   if (options_.acquisition == BayesianOptions::Acquisition::ei) {
     FitObjective(&processes, &objective);
   } else {
-    FitResponses(&processes, &objective);
+    FitResponses(scalarisation, &processes, &objective);
   }
   if (processes.empty()) return std::nullopt;
 
@@ -310,13 +365,13 @@ std::optional<Acquisition> Bayesian::MakeAcquisition() const {
   return acquisition;
 }
 
-Eigen::MatrixXd Bayesian::Anchors() const {
+Eigen::MatrixXd Bayesian::Anchors(const Scalarisation& scalarisation) const {
   // The best evaluations as they came out, and the best by the model.
   constexpr std::size_t kAnchors = 4;
   std::vector<std::pair<double, std::int64_t>> ranked;
   for (const auto& [id, observation] : observations_) {
     if (!Complete(observation)) continue;
-    ranked.emplace_back(ChiSquared(objectives_, observation.responses, observation.variances), id);
+    ranked.emplace_back(Scalarised(observation, scalarisation.weights), id);
   }
   std::sort(ranked.begin(), ranked.end());
   std::vector<Eigen::VectorXd> points = {acquisition_->best_point()};

@@ -36,9 +36,11 @@ struct BayesianOptions {
 /// from all others, and says so in Candidate::origin and status().message. Failed evaluations lower
 /// the probability of success nearby (Feasibility), which multiplies the acquisition; while more
 /// than a quarter of all evaluations have failed, proposals are confined to where success is
-/// likelier than not, if there is such a place. Proposals are a function of the options, the seed,
-/// the number asked and the observations (in any order of telling) alone: no state of earlier fits
-/// goes in, so a study that is resumed goes on as if it had not been interrupted.
+/// likelier than not, if there is such a place. With several objectives (composite_log_ei only)
+/// each proposal improves a weighted sum of them (Scalarisation), which leads to the convex part of
+/// the Pareto front. Proposals are a function of the options, the seed, the number asked and the
+/// observations (in any order of telling) alone: no state of earlier fits goes in, so a study that
+/// is resumed goes on as if it had not been interrupted.
 std::unique_ptr<Optimizer> MakeBayesian(const BayesianOptions& options, const SearchSpace& space,
                                         const Objectives& objectives, std::uint64_t seed);
 

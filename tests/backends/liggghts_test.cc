@@ -8,6 +8,7 @@
 
 #include "backends/liggghts/deck.h"
 #include "backends/liggghts/result.h"
+#include "backends/liggghts/result_files.h"
 #include "core/random.h"
 #include "tests/support/program.h"
 #include "tests/support/simulators.h"
@@ -364,43 +365,102 @@ TEST_F(LiggghtsUnsupported, DmtBeyondEqualSpheresAndDryWalls) {
   EXPECT_THAT(Reason(), HasSubstr("one size"));
 }
 
-TEST_F(LiggghtsUnsupported, DomainsAndBodies) {
+TEST_F(LiggghtsUnsupported, Domains) {
   program_.domain.boundaries[1] = Boundary::outflow;
-  EXPECT_THAT(Reason(), HasSubstr("across y let particles leave"));
+  EXPECT_EQ(Reason(), "");
   program_.domain.boundaries[1] = Boundary::periodic;
   program_.domain.upper[0] = 7e-5;
   EXPECT_THAT(Reason(), HasSubstr("less than two particles wide"));
   program_ = SmallConsolidation();
   program_.walls.push_back({.name = "side", .axis = 0});
   EXPECT_THAT(Reason(), AllOf(HasSubstr("'side'"), HasSubstr("periodic")));
-  program_ = SmallConsolidation();
-  program_.meshes = {{.name = "blade"}};
-  EXPECT_THAT(Reason(), HasSubstr("meshes"));
-  program_ = SmallConsolidation();
-  program_.groups = {{.name = "base"}};
-  EXPECT_THAT(Reason(), HasSubstr("glued groups"));
   program_ = SixWalls();
   program_.particles.contacts = {{1, 2, {}, {}}};
   EXPECT_THAT(Reason(), HasSubstr("contact history"));
 }
 
+Mesh Plate(double size, double z) {
+  return {.name = "plate",
+          .vertices = {{0, 0, z}, {size, 0, z}, {size, size, z}},
+          .triangles = {{0, 1, 2}}};
+}
+
+TEST_F(LiggghtsUnsupported, Bodies) {
+  program_.meshes = {{.name = "blade"}};
+  EXPECT_THAT(Reason(), HasSubstr("'blade' has no triangles"));
+  program_.meshes = {Plate(9e-5, 5e-5)};
+  EXPECT_THAT(Reason(), HasSubstr("too small for LIGGGHTS"));
+  program_.meshes = {Plate(1.1e-4, 5e-5)};
+  EXPECT_EQ(Reason(), "");
+  program_.groups = {{.name = "base", .ids = {1}}};
+  EXPECT_THAT(Reason(), HasSubstr("explicit packing"));
+  program_ = SixWalls();
+  program_.groups = {{.name = "base", .ids = {1, 2}}, {.name = "top", .ids = {2}}};
+  EXPECT_THAT(Reason(), AllOf(HasSubstr("'top'"), HasSubstr("particle 2")));
+  program_.groups.pop_back();
+  EXPECT_EQ(Reason(), "");
+}
+
+TEST_F(LiggghtsUnsupported, SlabsAtWalls) {
+  program_.stress_slab = {5e-5, 1e-4};
+  EXPECT_EQ(Reason(), "");
+  program_.stress_slab = {3e-5, 1e-4};
+  EXPECT_THAT(Reason(), HasSubstr("of 'floor'"));
+  program_.stress_slab = {5e-5, 1e-4};
+  program_.meshes = {Plate(1.2e-4, 1.3e-4)};
+  EXPECT_THAT(Reason(), HasSubstr("of 'plate'"));
+  program_ = SixWalls();
+  program_.stress_slab = {-8e-4, -7.5e-4};
+  EXPECT_THAT(Reason(), HasSubstr("of 'x-'"));
+}
+
 TEST_F(LiggghtsUnsupported, Stages) {
+  program_.meshes = {Plate(1.2e-4, 2e-4)};
   const std::vector<Stage> stages = program_.stages;
   const auto reason_of = [&](std::vector<Stage> other) {
     program_.stages = std::move(other);
     return Reason();
   };
+  const Servo& servo = std::get<Servo>(stages[2]);
   EXPECT_THAT(reason_of({stages[1]}), HasSubstr("begin with insert"));
   EXPECT_THAT(reason_of({stages[0]}), HasSubstr("no stage beyond insert"));
+  EXPECT_THAT(reason_of({stages[0], Save{}}), HasSubstr("no stage beyond insert"));
   EXPECT_THAT(reason_of({stages[0], stages[1], stages[0]}), HasSubstr("beginning only"));
   EXPECT_THAT(reason_of({stages[0], stages[3]}),
               AllOf(HasSubstr("stage 1 (hold)"), HasSubstr("no servo before it")));
-  EXPECT_THAT(reason_of({stages[0], stages[2], stages[2]}), HasSubstr("only one servo"));
-  EXPECT_THAT(reason_of({stages[0], Servo{.wall = "top"}}), HasSubstr("no wall 'top'"));
+  EXPECT_EQ(reason_of({stages[0], servo, servo}), "");
+  Servo other = servo;
+  other.wall = "plate";
+  EXPECT_THAT(reason_of({stages[0], servo, other}), HasSubstr("only one servo, and 'lid' has it"));
+  EXPECT_EQ(reason_of({stages[0], other}), "");
+  EXPECT_THAT(reason_of({stages[0], Servo{.wall = "top"}}), HasSubstr("no wall, mesh or group"));
   EXPECT_THAT(reason_of({stages[0], Servo{.wall = "floor"}}), HasSubstr("has to face down"));
-  EXPECT_THAT(reason_of({stages[0], Advance{.motions = {{.body = "lid"}}}}),
-              HasSubstr("moving bodies"));
   EXPECT_THAT(reason_of({stages[0], Deform{}}), HasSubstr("Lees-Edwards"));
+  EXPECT_THAT(reason_of({stages[0], Save{"a"}, Save{"a"}}), HasSubstr("two states 'a'"));
+  EXPECT_THAT(reason_of({stages[0], Save{"a"}, Restore{"b"}}), HasSubstr("no state 'b'"));
+  EXPECT_EQ(reason_of({stages[0], Save{"a"}, servo, Restore{"a"}, servo}), "");
+  EXPECT_THAT(reason_of({stages[0], Save{"a"}, servo, Restore{"a"}, stages[3]}),
+              HasSubstr("no servo before it"));
+  EXPECT_THAT(reason_of({stages[0], Remove{"plate"}, Remove{"plate"}}),
+              HasSubstr("removed before"));
+  EXPECT_EQ(reason_of({stages[0], Save{}, Remove{"plate"}, Restore{}, Remove{"plate"}, stages[1]}),
+            "");
+  EXPECT_THAT(reason_of({stages[0], servo, Remove{"lid"}}), HasSubstr("'lid' has a servo"));
+}
+
+TEST_F(LiggghtsUnsupported, Motions) {
+  program_.meshes = {Plate(1.2e-4, 2e-4)};
+  const auto reason_of = [&](const Motion& motion) {
+    program_.stages = {program_.stages[0], Advance{.motions = {motion}}};
+    return Reason();
+  };
+  EXPECT_EQ(reason_of({.body = "plate", .velocity = {1, 2, 3}}), "");
+  EXPECT_THAT(reason_of({.body = "plate", .spin = {0, 0, 1}}), HasSubstr("turns"));
+  EXPECT_THAT(reason_of({.body = "floor"}), HasSubstr("not 'floor'"));
+  EXPECT_THAT(reason_of({.body = "blade"}), HasSubstr("no wall, mesh or group 'blade'"));
+  program_ = SmallConsolidation();
+  program_.stages.push_back(Advance{.motions = {{.body = "lid"}}});
+  EXPECT_THAT(Reason(), HasSubstr("not 'lid'"));
 }
 
 TEST(LiggghtsAvailability, AbsentFromPath) {

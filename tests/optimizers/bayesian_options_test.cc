@@ -84,8 +84,13 @@ TEST(BayesianOptionsTest, SaysWhatItCannotTreat) {
   pareto.kind = Objectives::Kind::pareto;
   EXPECT_EQ(optimizer->ExplainUnsupported(UnitBox(2), pareto), "");  // all of one objective
   pareto.targets[1].objective = 1;
-  EXPECT_THAT(optimizer->ExplainUnsupported(UnitBox(2), pareto),
-              testing::HasSubstr("objective: joint"));
+  EXPECT_EQ(optimizer->ExplainUnsupported(UnitBox(2), pareto), "");
+  const auto ei =
+      MakeBayesian({.acquisition = BayesianOptions::Acquisition::ei}, UnitBox(2), joint, 1);
+  EXPECT_EQ(ei->ExplainUnsupported(UnitBox(2), joint), "");
+  EXPECT_THAT(ei->ExplainUnsupported(UnitBox(2), pareto),
+              testing::AllOf(testing::HasSubstr("several objectives"),
+                             testing::HasSubstr("acquisition: composite_log_ei")));
   EXPECT_THAT(optimizer->ExplainUnsupported(UnitBox(2), Objectives{}),
               testing::HasSubstr("no observed response"));
   EXPECT_THAT(optimizer->ExplainUnsupported(SearchSpace{}, joint),
@@ -96,7 +101,8 @@ TEST(BayesianOptionsTest, SaysWhatItCannotTreat) {
   EXPECT_TRUE(optimizer->capabilities().noise);
   EXPECT_TRUE(optimizer->capabilities().asynchronous);
   EXPECT_TRUE(optimizer->capabilities().failures);
-  EXPECT_FALSE(optimizer->capabilities().pareto);
+  EXPECT_TRUE(optimizer->capabilities().pareto);
+  EXPECT_FALSE(ei->capabilities().pareto);
 }
 
 }  // namespace

@@ -103,7 +103,8 @@ TEST(HtmlReportTest, BannerWhereNothingWasSimulated) {
 
 TEST(HtmlReportTest, EveryFigureHasItsPlaceAndItsSpecification) {
   for (const StudyResults& results :
-       {QuickstartSample(), TableSample(), FailedSample(), JointSample(), LineSample()}) {
+       {QuickstartSample(), TableSample(), FailedSample(), JointSample(), LineSample(),
+        ParetoSample(), ParetoSample(3)}) {
     const std::string html = HtmlReport(results);
     const nlohmann::json specs = Specs(html);
     EXPECT_EQ(static_cast<int>(specs.size()), Count(html, "<div class=\"plot\"></div>"));
@@ -115,9 +116,25 @@ TEST(HtmlReportTest, EveryFigureHasItsPlaceAndItsSpecification) {
   EXPECT_THAT(HtmlReport(JointSample()), HasSubstr("<select id=\"pair\"><option value=\"0\">"));
 }
 
+TEST(HtmlReportTest, SeveralObjectivesHaveASectionOfTheirOwn) {
+  const StudyResults results = ParetoSample();
+  const std::string markup = Markup(HtmlReport(results));
+  const std::size_t begin = markup.find("<h2>What fits together</h2>");
+  ASSERT_NE(begin, std::string::npos);
+  const std::string section = markup.substr(begin, markup.find("<h2>", begin + 1) - begin);
+  EXPECT_THAT(section, HasSubstr("Where shear fits best (evaluation"));
+  EXPECT_THAT(section, HasSubstr("misfit<br><span class=\"small muted\">shear</span>"));
+  EXPECT_EQ(Count(section, "<tr><td") + Count(section, "<tr class=\"best\"><td"),
+            static_cast<int>(results.pareto.size()));
+  EXPECT_EQ(Count(section, "★ best"), 1);
+  EXPECT_THAT(section, HasSubstr("data-figure=\"pareto\""));
+  EXPECT_THAT(HtmlReport(JointSample()), Not(HasSubstr("What fits together")));
+}
+
 TEST(HtmlReportTest, ElementsAreBalanced) {
-  for (const StudyResults& results : {QuickstartSample(), TableSample(), FailedSample(),
-                                      JointSample(), LineSample(), StudyResults{}}) {
+  for (const StudyResults& results :
+       {QuickstartSample(), TableSample(), FailedSample(), JointSample(), LineSample(),
+        ParetoSample(), ParetoSample(3), StudyResults{}}) {
     EXPECT_THAT(Unbalanced(Markup(HtmlReport(results))), testing::IsEmpty());
   }
 }
@@ -138,7 +155,8 @@ TEST(HtmlReportTest, LoadsNothing) {
 
 TEST(HtmlReportTest, NamesCannotBecomeMarkup) {
   const std::string evil = "</script><script>alert(1)</script><img src=x onerror=alert(2)>";
-  StudyResults results = JointSample();
+  StudyResults results = ParetoSample();
+  results.objectives = {evil, evil};
   for (std::string* text :
        {&results.study, &results.description, &results.powder, &results.fingerprint,
         &results.program_version, &results.optimizer, &results.optimizer_description,
@@ -170,7 +188,7 @@ TEST(HtmlReportTest, NamesCannotBecomeMarkup) {
   EXPECT_EQ(Count(html, "<script>alert"), 0);
   EXPECT_EQ(Count(Markup(html), "<img"), 0);
   EXPECT_EQ(Count(html, "<script"), Count(html, "</script>"));
-  EXPECT_EQ(Count(html, "<script"), Count(HtmlReport(JointSample()), "<script"));
+  EXPECT_EQ(Count(html, "<script"), Count(HtmlReport(ParetoSample()), "<script"));
   EXPECT_FALSE(Specs(html).empty());
 }
 
@@ -187,6 +205,32 @@ TEST(HtmlReportTest, LibrariesCannotEndTheirScript) {
     EXPECT_EQ(Count(script, "</script"), 0) << name;
     EXPECT_EQ(Count(script, "<!--"), 0) << name;
   }
+}
+
+TEST(HtmlReportTest, TransferredResponsesStandApart) {
+  const std::string markup = Markup(HtmlReport(TransferSample()));
+  const auto card = markup.find("<section class=\"card wide transfer\">");
+  ASSERT_NE(card, std::string::npos);
+  const std::string transfer = markup.substr(card, markup.find("</section>", card) - card);
+  for (const char* part : {"was not fitted", "coverage", "3.8 standard deviations too low",
+                           "not observed", "Repose gave no value"}) {
+    EXPECT_THAT(transfer, HasSubstr(part));
+  }
+  EXPECT_THAT(transfer, Not(HasSubstr("void ratio")));
+  const std::string fit = markup.substr(markup.find("card fit"), card - markup.find("card fit"));
+  EXPECT_THAT(fit, Not(HasSubstr("coverage")));
+  EXPECT_THAT(markup, HasSubstr("photograph, &lt;3 trials&gt;"));
+  EXPECT_THAT(Unbalanced(markup), testing::IsEmpty());
+  EXPECT_TRUE(Specs(HtmlReport(TransferSample())).contains("transfer"));
+  EXPECT_THAT(Markup(HtmlReport(JointSample())), Not(HasSubstr("card wide transfer")));
+}
+
+TEST(HtmlReportTest, PartialFailuresSayWhichExperiment) {
+  const std::string markup = Markup(HtmlReport(TransferSample()));
+  EXPECT_THAT(markup, HasSubstr("1 partly failed</strong> (1 shear: not quasi static)"));
+  EXPECT_THAT(markup, HasSubstr("✕ in part"));
+  EXPECT_THAT(markup, HasSubstr("shear: no steady state"));
+  EXPECT_THAT(markup, HasSubstr("quick; shear: standard"));
 }
 
 }  // namespace

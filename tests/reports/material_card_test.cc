@@ -58,5 +58,16 @@ TEST(MaterialCardTest, TextsSurviveYaml) {
   EXPECT_EQ(YAML::Load(MaterialCard(results))["powder"].as<std::string>(), results.powder);
 }
 
+TEST(MaterialCardTest, SaysHowTheParametersDoWhereTheyWereNotFitted) {
+  const YAML::Node card = YAML::Load(MaterialCard(TransferSample()));
+  const YAML::Node coverage = card["transfer"]["responses"]["spreading.coverage"];
+  EXPECT_EQ(coverage["within"].as<bool>(), false);
+  EXPECT_NEAR(coverage["standard_deviations_off"].as<double>(), -3.78, 0.01);
+  EXPECT_FALSE(card["transfer"]["responses"]["spreading.layer_thickness"]["observed"]);
+  EXPECT_FALSE(card["fit"]["responses"]["spreading.coverage"]);
+  EXPECT_EQ(card["transfer"]["statements"].size(), 3u);
+  EXPECT_FALSE(YAML::Load(MaterialCard(JointSample()))["transfer"]);
+}
+
 }  // namespace
 }  // namespace powdercal

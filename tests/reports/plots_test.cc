@@ -103,12 +103,58 @@ TEST(PlotsTest, FitNeedsTwoResponses) {
   EXPECT_EQ(figures[1].spec.at("data").at("values").size(), 2u);
 }
 
+TEST(PlotsTest, TwoObjectivesGiveAPlaneWithTheFront) {
+  const StudyResults results = ParetoSample();
+  const std::vector<Figure> figures = ParetoFigures(results);
+  ASSERT_EQ(figures.size(), 1u);
+  EXPECT_EQ(figures[0].title, "Misfits of consolidation and shear");
+  const json& rows = figures[0].spec.at("data").at("values");
+  EXPECT_EQ(rows.size(), 23u) << "one of 24 failed";
+  std::size_t front = 0;
+  int best = 0;
+  for (const json& row : rows) {
+    if (row.at("standing") == "other evaluation") continue;
+    ++front;
+    if (row.at("standing") == "best: lowest sum") {
+      ++best;
+      EXPECT_EQ(row.at("evaluation"), results.history[*results.best].id);
+    }
+    EXPECT_EQ(row.at("m1"),
+              *results.history[row.at("evaluation").get<std::size_t>()].objectives[1].misfit);
+  }
+  EXPECT_EQ(front, results.pareto.size());
+  EXPECT_EQ(best, 1);
+}
+
+TEST(PlotsTest, AMisfitOfNothingIsDrawnOnTheLogarithmicAxis) {
+  StudyResults results = ParetoSample();
+  results.history[*results.best].objectives[0].misfit = 0;
+  const json spec = ParetoFigures(results)[0].spec;
+  for (const json& row : spec.at("data").at("values")) {
+    EXPECT_GT(row.at("m0").get<double>(), 0);
+  }
+}
+
+TEST(PlotsTest, MoreObjectivesGiveLines) {
+  const std::vector<Figure> figures = ParetoFigures(ParetoSample(3));
+  ASSERT_EQ(figures.size(), 1u);
+  EXPECT_EQ(figures[0].spec.at("data").at("values").size(), 23u * 3u);
+}
+
+TEST(PlotsTest, OneObjectiveHasNoFront) {
+  EXPECT_TRUE(ParetoFigures(JointSample()).empty());
+  StudyResults results = ParetoSample(1);
+  EXPECT_EQ(results.pareto.size(), 1u);
+  EXPECT_TRUE(ParetoFigures(results).empty());
+}
+
 TEST(PlotsTest, NothingAtAll) {
   const StudyResults nothing;
   EXPECT_TRUE(ConvergenceFigure(nothing).spec.is_null());
   EXPECT_TRUE(SurfaceFigures(nothing).empty());
   EXPECT_TRUE(FitFigures(nothing).empty());
   EXPECT_TRUE(ParallelFigures(nothing).empty());
+  EXPECT_TRUE(ParetoFigures(nothing).empty());
 }
 
 }  // namespace

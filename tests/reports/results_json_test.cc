@@ -26,7 +26,7 @@ TEST(ResultsJsonTest, HasTheKeysOfSchema1) {
   EXPECT_EQ(root.at("backend").at("version"), "3.8.0");
   EXPECT_EQ(root.at("backend").at("simulated"), true);
   EXPECT_EQ(root.at("evaluations"),
-            json({{"total", 14}, {"ok", 12}, {"failed", 2}, {"cached", 0}}));
+            json({{"total", 14}, {"ok", 12}, {"partial", 0}, {"failed", 2}, {"cached", 0}}));
   EXPECT_NEAR(root.at("overhead_fraction").get<double>(), 3.1 / 412.6, 1e-12);
 }
 
@@ -91,12 +91,28 @@ TEST(ResultsJsonTest, WithoutABestThereIsNull) {
 }
 
 TEST(ResultsJsonTest, ParetoPointsAreWrittenOut) {
-  StudyResults results = JointSample();
-  results.pareto = {3, 9};
-  const json pareto = ResultsToJson(results).at("pareto");
-  ASSERT_EQ(pareto.size(), 2u);
-  EXPECT_EQ(pareto[1].at("evaluation"), 9);
-  EXPECT_EQ(pareto[1].at("responses").size(), 3u);
+  const StudyResults results = ParetoSample();
+  const json root = ResultsToJson(results);
+  EXPECT_EQ(root.at("study").at("objective"), "pareto");
+  ASSERT_EQ(root.at("pareto").size(), results.pareto.size());
+  for (std::size_t i = 0; i < results.pareto.size(); ++i) {
+    const EvaluationResult& evaluation = results.history[results.pareto[i]];
+    const json& point = root.at("pareto")[i];
+    EXPECT_EQ(point.at("evaluation"), evaluation.id);
+    EXPECT_EQ(point.at("responses").size(), 3u);
+    ASSERT_EQ(point.at("objectives").size(), 2u);
+    EXPECT_EQ(point.at("objectives").at("shear").at("chi2"), *evaluation.objectives[1].chi2);
+    EXPECT_EQ(point.at("objectives").at("shear").at("misfit"), *evaluation.objectives[1].misfit);
+  }
+  EXPECT_TRUE(root.at("history")[5].at("objectives").at("shear").at("chi2").is_null());
+}
+
+TEST(ResultsJsonTest, AJointStudyHasNoObjectives) {
+  const json root = ResultsToJson(JointSample());
+  EXPECT_EQ(root.at("study").at("objective"), "joint");
+  EXPECT_TRUE(root.at("pareto").empty());
+  EXPECT_FALSE(root.at("best").contains("objectives"));
+  EXPECT_FALSE(root.at("history")[0].contains("objectives"));
 }
 
 TEST(ResultsJsonTest, TextIsAlwaysValidJson) {
@@ -106,6 +122,41 @@ TEST(ResultsJsonTest, TextIsAlwaysValidJson) {
   const json read = json::parse(JsonText(ResultsToJson(results)));
   EXPECT_TRUE(read.at("runs")[0].at("diagnostics").at("nan").is_null());
   EXPECT_EQ(read.at("best").at("parameters").at("rolling_friction").get<double>(), 0.66);
+}
+
+TEST(ResultsJsonTest, TransferStandsApartFromTheFit) {
+  const json root = ResultsToJson(TransferSample());
+  const json& best = root.at("best");
+  EXPECT_FALSE(best.at("responses").contains("spreading.coverage"));
+  const json& coverage = best.at("transfer").at("spreading.coverage");
+  EXPECT_EQ(coverage.at("observed"), 0.9);
+  EXPECT_EQ(coverage.at("within"), false);
+  EXPECT_NEAR(coverage.at("standard_deviations_off").get<double>(), -3.78, 0.01);
+  const json& thickness = best.at("transfer").at("spreading.layer_thickness");
+  EXPECT_EQ(thickness.at("simulated"), 71e-6);
+  for (const char* key : {"observed", "sd", "deviation", "within", "standard_deviations_off"}) {
+    EXPECT_TRUE(thickness.at(key).is_null()) << key;
+  }
+  ASSERT_EQ(best.at("transfer_failures").size(), 1u);
+  EXPECT_EQ(best.at("transfer_failures")[0].at("outcome"), "timeout");
+  EXPECT_EQ(root.at("runs").back().at("experiment"), "spreading");
+  EXPECT_EQ(root.at("runs").back().at("evaluation"), best.at("evaluation"));
+  EXPECT_EQ(root.at("study").at("experiments")[2].at("calibrated"), false);
+  EXPECT_TRUE(ResultsToJson(JointSample()).at("best").at("transfer").empty());
+}
+
+TEST(ResultsJsonTest, PartialFailuresNameTheExperiment) {
+  const json root = ResultsToJson(TransferSample());
+  EXPECT_EQ(root.at("evaluations").at("partial"), 1);
+  const json& entry = root.at("history")[7];
+  EXPECT_EQ(entry.at("outcome"), "partial");
+  EXPECT_TRUE(entry.at("chi2").is_null());
+  EXPECT_TRUE(entry.at("responses").at("consolidation.void_ratio").at("simulated").is_number());
+  ASSERT_EQ(root.at("failures").size(), 2u);
+  const json& failure = root.at("failures")[1];
+  EXPECT_EQ(failure.at("outcome"), "partial");
+  EXPECT_EQ(failure.at("experiments")[0].at("experiment"), "shear");
+  EXPECT_EQ(failure.at("experiments")[0].at("outcome"), "not_quasi_static");
 }
 
 }  // namespace

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "optimizers/pareto.h"
+
 namespace powdercal {
 namespace {
 
@@ -246,6 +248,89 @@ StudyResults JointSample() {
   }
   Finish(results);
   results.converged = false;
+  return results;
+}
+
+StudyResults TransferSample() {
+  StudyResults results = JointSample();
+  results.experiments = {{.name = "consolidation", .fidelity = "quick"},
+                         {.name = "shear", .fidelity = "standard"},
+                         {.name = "spreading", .fidelity = "quick", .calibrated = false},
+                         {.name = "repose", .fidelity = "quick", .calibrated = false}};
+  EvaluationResult& partial = results.history[7];
+  partial.outcome = kPartial;
+  partial.message = "shear: no steady state";
+  partial.failures = {{.experiment = "shear",
+                       .reason = "not_quasi_static",
+                       .message = "no steady state",
+                       .failed_runs = 1,
+                       .runs = 1}};
+  partial.chi2.reset();
+  for (std::size_t r = 1; r < partial.responses.size(); ++r) {
+    partial.responses[r].simulated.reset();
+    partial.responses[r].replicates = 0;
+  }
+  --results.ok;
+  ++results.partial;
+  TransferResult& transfer = results.transfer;
+  transfer.experiments = {"spreading", "repose"};
+  transfer.responses = {
+      {.name = "spreading.coverage",
+       .unit = "1",
+       .simulated = 0.7,
+       .seed_sd = 0.03,
+       .replicates = 3,
+       .observed = 0.9,
+       .sd = 0.05,
+       .source = "photograph, <3 trials>"},
+      {.name = "spreading.layer_thickness", .unit = "m", .simulated = 71e-6, .replicates = 3},
+      {.name = "spreading.packing_density",
+       .unit = "1",
+       .simulated = 0.53,
+       .replicates = 3,
+       .observed = 0.55,
+       .sd = 0.05}};
+  transfer.failures = {{.experiment = "repose",
+                        .reason = "timeout",
+                        .message = "no result within 600 s",
+                        .failed_runs = 3,
+                        .runs = 3}};
+  for (int r = 0; r < 3; ++r) {
+    transfer.runs.push_back({.id = 900 + r,
+                             .experiment = "spreading",
+                             .replicate = r,
+                             .reason = "ok",
+                             .wall_seconds = 20});
+  }
+  return results;
+}
+
+StudyResults ParetoSample(int objectives) {
+  StudyResults results = JointSample();
+  results.study = "hastelloy-x-pareto";
+  results.objectives = {"consolidation", "shear", "spreading"};
+  results.objectives.resize(static_cast<std::size_t>(objectives));
+  Eigen::MatrixXd misfits(static_cast<Eigen::Index>(results.history.size()), objectives);
+  for (std::size_t i = 0; i < results.history.size(); ++i) {
+    EvaluationResult& evaluation = results.history[i];
+    if (objectives == 3) evaluation.responses[2].name = "spreading.stress_5kPa";
+    evaluation.objectives.resize(results.objectives.size());
+    for (std::size_t o = 0; o < results.objectives.size(); ++o) {
+      ObjectiveResult& objective = evaluation.objectives[o];
+      for (const ResponseResult& response : evaluation.responses) {
+        if (!response.simulated || !response.name.starts_with(results.objectives[o])) continue;
+        const double z = (*response.simulated - response.observed) / response.sd;
+        objective.chi2 = objective.chi2.value_or(0) + z * z / 1.05;
+        objective.misfit = objective.misfit.value_or(0) + z * z + 0.05;
+      }
+      misfits(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(o)) =
+          objective.misfit.value_or(std::numeric_limits<double>::quiet_NaN());
+    }
+  }
+  results.pareto = NonDominated(misfits);
+  Eigen::Index best = 0;
+  misfits.rowwise().sum().array().isNaN().select(1e300, misfits.rowwise().sum()).minCoeff(&best);
+  results.best = static_cast<std::size_t>(best);
   return results;
 }
 

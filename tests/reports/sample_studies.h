@@ -14,6 +14,14 @@ StudyResults TableSample();
 StudyResults FailedSample();
 /// Three parameters, one of them on a logarithmic scale, and three responses in two units.
 StudyResults JointSample();
+/// The joint study with shear and consolidation at fidelities of their own; evaluation 7 failed in
+/// shear alone; its best point was evaluated on spreading, of which one response is far off, one
+/// agrees and one was not observed, and on repose, which failed.
+StudyResults TransferSample();
+/// The joint sample with an objective for each experiment, of which shear is off by a constant:
+/// what fits one does not fit the other. `objectives` = 3: the second stress is of a third
+/// experiment.
+StudyResults ParetoSample(int objectives = 2);
 /// One parameter, one response.
 StudyResults LineSample();
 

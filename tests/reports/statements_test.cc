@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 #include "tests/reports/sample_studies.h"
@@ -84,6 +85,111 @@ TEST(StatementsTest, TargetsAreKnownWithoutABest) {
   EXPECT_EQ(targets[0].observed, 0.783);
   EXPECT_FALSE(targets[0].simulated);
   EXPECT_THAT(TargetResponses(StudyResults{}), IsEmpty());
+}
+
+TEST(TransferTest, SaysByHowManyStandardDeviationsEachIsOff) {
+  const StudyResults results = TransferSample();
+  const auto& responses = results.transfer.responses;
+  // Of the difference: sqrt(0.05² + 0.03²/3).
+  EXPECT_NEAR(*StandardDeviationsOff(responses[0]), -0.2 / std::sqrt(0.0025 + 0.0003), 1e-9);
+  EXPECT_FALSE(StandardDeviationsOff(responses[1]));
+  EXPECT_FALSE(JudgeFit(responses[1]).deviation);
+  EXPECT_THAT(
+      TransferStatements(results),
+      testing::ElementsAre(
+          "Coverage of spreading: 0.7 against 0.9 ± 0.05 observed, 3.8 standard deviations too "
+          "low; it does not agree.",
+          "Packing density of spreading: 0.53 against 0.55 ± 0.05 observed, 0.4 standard "
+          "deviations too low; it agrees.",
+          "Repose gave no value in 3 of 3 runs, timeout: no result within 600 s."));
+  EXPECT_EQ(TransferHeadline(results),
+            "Does not transfer to spreading and repose (they were not fitted): 1 of 2 responses "
+            "as observed.");
+  EXPECT_THAT(Caveats(results), testing::Contains(TransferHeadline(results)));
+  EXPECT_EQ(Conclude(results).headline, Conclude(JointSample()).headline)
+      << "the conclusion is on what was fitted";
+}
+
+TEST(TransferTest, NothingIsSaidWhereNothingWasTransferred) {
+  EXPECT_EQ(TransferHeadline(JointSample()), "");
+  EXPECT_THAT(TransferStatements(JointSample()), testing::IsEmpty());
+}
+
+TEST(TransferTest, HeadlineWhereAllAgreeOrNothingWasObserved) {
+  StudyResults results = TransferSample();
+  results.transfer.experiments = {"spreading"};
+  results.transfer.failures.clear();
+  results.transfer.responses.erase(results.transfer.responses.begin());
+  EXPECT_EQ(TransferHeadline(results),
+            "Transfers to spreading (it was not fitted): its response comes out as observed.");
+  results.transfer.responses.pop_back();
+  EXPECT_THAT(TransferHeadline(results), testing::HasSubstr("nothing was observed"));
+}
+
+TEST(FidelityTextTest, NamesExperimentsWithTheirOwn) {
+  EXPECT_EQ(FidelityText(TransferSample()), "quick; shear: standard");
+}
+
+// A study of two experiments with one response each, observed as 0 ± 1: within 2 it fits.
+StudyResults TwoExperiments(const std::vector<std::array<double, 2>>& values) {
+  StudyResults results;
+  results.state = "finished";
+  results.objectives = {"consolidation", "angle_of_repose"};
+  for (const std::array<double, 2>& pair : values) {
+    EvaluationResult evaluation{
+        .id = static_cast<std::int64_t>(results.history.size()), .outcome = "ok", .chi2 = 0};
+    for (std::size_t o = 0; o < 2; ++o) {
+      evaluation.responses.push_back({.name = results.objectives[o] + ".value",
+                                      .unit = "1",
+                                      .simulated = pair[o],
+                                      .replicates = 1,
+                                      .sd = 1});
+      evaluation.objectives.push_back({.chi2 = pair[o] * pair[o], .misfit = pair[o] * pair[o]});
+    }
+    results.pareto.push_back(results.history.size());
+    results.history.push_back(evaluation);
+    ++results.total;
+    ++results.ok;
+  }
+  if (!values.empty()) results.best = 0;
+  return results;
+}
+
+TEST(CompatibilityTest, OneEvaluationFitsAll) {
+  const Compatibility found = JudgeCompatibility(TwoExperiments({{0.1, 3}, {1.5, 1}, {1, 1}}));
+  EXPECT_TRUE(found.together);
+  EXPECT_EQ(found.statement,
+            "Consolidation and angle of repose can be fitted together: evaluation 2 does.");
+}
+
+TEST(CompatibilityTest, EachAloneButNotBoth) {
+  const StudyResults results = TwoExperiments({{2.5, 2.5}, {0.1, 5}, {4, 0.2}});
+  const Compatibility found = JudgeCompatibility(results);
+  EXPECT_FALSE(found.together);
+  EXPECT_EQ(found.statement,
+            "Consolidation and angle of repose contradict each other as far as was searched: each "
+            "is fitted by some evaluation, and none fits both.");
+  EXPECT_EQ(found.detail,
+            "Where consolidation fits best (evaluation 1), the misfit of angle of repose is 25 "
+            "instead of 0.04 (evaluation 2). "
+            "Where angle of repose fits best (evaluation 2), the misfit of consolidation is 16 "
+            "instead of 0.01 (evaluation 1).");
+  EXPECT_THAT(Caveats(results), testing::Contains(found.statement));
+}
+
+TEST(CompatibilityTest, OneIsNeverFitted) {
+  const Compatibility found = JudgeCompatibility(TwoExperiments({{0.1, 5}}));
+  EXPECT_FALSE(found.together);
+  EXPECT_EQ(
+      found.statement,
+      "No evaluation fits angle of repose, even without regard to the rest: its lowest misfit "
+      "is 25 over 1 response.");
+}
+
+TEST(CompatibilityTest, NothingToSayOfOneObjectiveOrNone) {
+  EXPECT_EQ(JudgeCompatibility(TwoExperiments({})).statement, "");
+  EXPECT_EQ(JudgeCompatibility(JointSample()).statement, "");
+  EXPECT_EQ(JudgeCompatibility(ParetoSample(1)).statement, "");
 }
 
 }  // namespace

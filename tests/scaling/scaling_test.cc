@@ -106,10 +106,18 @@ TEST(Given, ExplainsWhatIsWrong) {
   EXPECT_THAT(
       Read("scaling: {mode: given, young_modulus: 201 GPa}")->ExplainUnsupported(HastelloyX()),
       AllOf(HasSubstr("201 GPa"), HasSubstr("above the powder's (200 GPa)")));
+}
+
+TEST(Given, OneStressForAllExperimentsThatApplyOne) {
   Conditions spreading = HastelloyX();
   spreading.stress.reset();
-  EXPECT_THAT(Read("scaling: {mode: given, stress: 1 kPa}")->ExplainUnsupported(spreading),
-              AllOf(HasSubstr("1 kPa"), HasSubstr("applies none"), HasSubstr("stress_ratio")));
+  const auto scaling = Read("scaling: {mode: given, stress: 1 kPa}");
+  EXPECT_EQ(scaling->ExplainUnsupported(spreading), "");
+  EXPECT_FALSE(scaling->ToSimulation(spreading).stress.has_value());
+  const std::vector<Conditions> both = {spreading, HastelloyX()};
+  EXPECT_EQ(scaling->ExplainWithoutEffect(both), "");
+  EXPECT_THAT(scaling->ExplainWithoutEffect(std::span(both).first(1)),
+              AllOf(HasSubstr("1 kPa"), HasSubstr("no experiment applies one")));
 }
 
 // Eq. 5 of the seed paper.
@@ -127,7 +135,10 @@ TEST(SigmaOverE, ExplainsWhatIsMissing) {
   const auto scaling = Read("scaling: {mode: sigma_over_e, young_modulus: 5 MPa}");
   Conditions conditions = HastelloyX();
   conditions.stress.reset();
-  EXPECT_THAT(scaling->ExplainUnsupported(conditions), HasSubstr("needs an applied stress"));
+  EXPECT_EQ(scaling->ToSimulation(conditions).young_modulus, 5e6);
+  EXPECT_FALSE(scaling->ToSimulation(conditions).stress.has_value());
+  EXPECT_THAT(scaling->ExplainWithoutEffect(std::span(&conditions, 1)),
+              HasSubstr("needs an applied stress"));
   conditions = HastelloyX();
   conditions.young_modulus.reset();
   EXPECT_THAT(scaling->ExplainUnsupported(conditions), HasSubstr("material.young_modulus"));

@@ -1,5 +1,6 @@
 #include "studies/evaluation.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -31,7 +32,31 @@ TEST(Reduce, MeansOverTheReplicatesThatSucceeded) {
   EXPECT_TRUE(std::isnan(reduced.means[1])) << "a failure is never a number";
   EXPECT_FALSE(reduced.failed());
   EXPECT_FALSE(reduced.complete());
-  EXPECT_EQ(FailureOf({&a, &d}).reason, Reason::crashed);
+  EXPECT_TRUE(reduced.partial());
+}
+
+TEST(FailuresOf, NamesTheExperimentsWithoutAValueAndWhy) {
+  const LedgerRun a = RunOf("consolidation", "void_ratio", 0.8);
+  LedgerRun b = RunOf("shear", "cohesion", 0, Reason::not_quasi_static);
+  b.outcome.message = "no steady state";
+  const LedgerRun c = RunOf("shear", "cohesion", 0, Reason::timeout);
+  const LedgerRun d = RunOf("shear", "ffc", 2);
+  const auto failures = [](const std::vector<const LedgerRun*>& runs) {
+    return FailuresOf(TwoTargets(), Reduce(TwoTargets(), runs), runs);
+  };
+  ASSERT_EQ(failures({&a, &b, &c}).size(), 1u);
+  const ExperimentFailure shear = failures({&a, &b, &c})[0];
+  EXPECT_EQ(shear.experiment, "shear");
+  EXPECT_EQ(shear.reason, "not_quasi_static");
+  EXPECT_EQ(shear.message, "no steady state");
+  EXPECT_EQ(shear.failed_runs, 2);
+  EXPECT_EQ(shear.runs, 2);
+  EXPECT_EQ(failures({&b}).size(), 2u) << "an experiment without any run has no value either";
+  ASSERT_EQ(failures({&a, &d}).size(), 1u);
+  EXPECT_EQ(failures({&a, &d})[0].reason, kNoValue);
+  EXPECT_EQ(failures({&a, &d})[0].message, "the simulations gave no cohesion");
+  const LedgerRun e = RunOf("shear", "cohesion", 80);
+  EXPECT_TRUE(failures({&a, &b, &e}).empty()) << "another seed gave a value";
 }
 
 TEST(PooledSeedVariance, WeighsByDegreesOfFreedom) {
@@ -62,6 +87,58 @@ TEST(ExpectedMisfit, IncompletePointsAreNeverBest) {
   const ReducedResponses partial{Eigen::Vector2d(0.8, std::nan("")), Eigen::Vector2d::Zero(),
                                  Eigen::Vector2i(3, 0)};
   EXPECT_TRUE(std::isinf(ExpectedMisfit(TwoTargets(), partial, Eigen::Vector2d::Zero())));
+}
+
+// One target for each of two objectives, in units of their standard deviations.
+Objectives TwoObjectives() {
+  return {.kind = Objectives::Kind::pareto,
+          .targets = {{.response = "consolidation.void_ratio", .sd = 1, .objective = 0},
+                      {.response = "shear.cohesion", .sd = 1, .objective = 1}}};
+}
+
+ReducedResponses PointAt(double first, double second, int first_count = 1, int second_count = 1) {
+  return {Eigen::Vector2d(first, second), Eigen::Vector2d::Zero(),
+          Eigen::Vector2i(first_count, second_count)};
+}
+
+TEST(ExpectedMisfit, OfOneObjectiveNeedsItsOwnTargetsOnly) {
+  const Objectives objectives = TwoObjectives();
+  const Eigen::Vector2d pooled(2, 0);
+  const ReducedResponses partial = PointAt(3, std::nan(""), 4, 0);
+  EXPECT_DOUBLE_EQ(ExpectedMisfit(objectives, partial, pooled, 0), 9 + 2.0 / 4);
+  EXPECT_TRUE(std::isinf(ExpectedMisfit(objectives, partial, pooled, 1)));
+  EXPECT_TRUE(std::isinf(ExpectedMisfit(objectives, partial, pooled)));
+  const ReducedResponses whole = PointAt(3, -2);
+  EXPECT_DOUBLE_EQ(
+      ExpectedMisfit(objectives, whole, pooled),
+      ExpectedMisfit(objectives, whole, pooled, 0) + ExpectedMisfit(objectives, whole, pooled, 1));
+}
+
+TEST(ParetoFront, TiesStayAndIncompletePointsDoNot) {
+  const std::vector<ReducedResponses> points = {
+      PointAt(2, 1),
+      PointAt(0, std::nan(""), 1, 0),  // unbeaten in what it has
+      PointAt(1, 2),
+      PointAt(2, 2),   // beaten by both
+      PointAt(-1, 2),  // as good as (1, 2)
+      PointAt(1, 3),   // beaten in one objective, equal in the other
+      PointAt(std::nan(""), std::nan(""), 0, 0)};
+  EXPECT_THAT(ParetoFront(TwoObjectives(), points, Eigen::Vector2d::Zero()),
+              testing::ElementsAre(0, 2, 4));
+  EXPECT_THAT(ParetoFront(TwoObjectives(), {}, Eigen::Vector2d::Zero()), testing::IsEmpty());
+}
+
+TEST(ParetoFront, AWellKnownPointDominatesAsGoodAOnePoorlyKnown) {
+  const std::vector<ReducedResponses> points = {PointAt(1, 1, 2, 2), PointAt(1, 1, 4, 2)};
+  EXPECT_THAT(ParetoFront(TwoObjectives(), points, Eigen::Vector2d(0.5, 0)),
+              testing::ElementsAre(1));
+}
+
+TEST(ParetoFront, OfAJointObjectiveIsItsBest) {
+  Objectives objectives = TwoObjectives();
+  objectives.kind = Objectives::Kind::joint;
+  EXPECT_THAT(ParetoFront(objectives, {PointAt(2, 1), PointAt(1, 1.5)}, Eigen::Vector2d::Zero()),
+              testing::ElementsAre(1));
 }
 
 }  // namespace

@@ -76,7 +76,7 @@ TEST(Planner, WarnsAtTheLargestRollingFriction) {
 
 TEST(Planner, SimulationHasTheExperimentsOwnRate) {
   const Study study = Study::Parse(ShearStudy("{cohesion: sjkr2, rolling: epsd2}"), "s.yaml", {});
-  const auto tables = Planner(study).ScalingTables({47500, 0.5});
+  const auto tables = Planner(study).ScalingTables({0}, {47500, 0.5});
   const auto& groups = tables.at(0).groups;
   const auto rate = std::find_if(groups.begin(), groups.end(),
                                  [](const GroupComparison& group) { return group.symbol == "I"; });
@@ -87,7 +87,7 @@ TEST(Planner, SimulationHasTheExperimentsOwnRate) {
 
 TEST(Planner, ScalingTableShowsWhatTheSoftSimulationBreaks) {
   const Study study = Study::Load("quickstart");
-  const auto tables = Planner(study).ScalingTables({47500, 0.5});
+  const auto tables = Planner(study).ScalingTables({0}, {47500, 0.5});
   ASSERT_EQ(tables.size(), 1u);
   EXPECT_EQ(tables[0].experiment, "consolidation");
   const auto& groups = tables[0].groups;
@@ -110,6 +110,52 @@ TEST(Planner, CostGrowsWithTheBudget) {
   const Study large = Study::Load("quickstart", {{"budget.evaluations", "50"}});
   EXPECT_GT(Planner(large).EstimateCost().seconds, 5 * Planner(small).EstimateCost().seconds);
   EXPECT_GT(Planner(small).EstimateCost().seconds_per_run, 0);
+}
+
+Study ThreeExperiments() {
+  return Study::Parse(
+      StudyText("quickstart", "objective: joint",
+                "  - shear: {preshear: 9 kPa}\n"
+                "  - spreading: {fidelity: standard, observed: {coverage: {value: 0.9, sd: "
+                "0.05}}}\nobjective: joint"),
+      "s.yaml", kLibrary, {});
+}
+
+TEST(Planner, PlansWhatIsCalibratedEachAtItsFidelity) {
+  const Study study = ThreeExperiments();
+  const auto runs = Planner(study).Plan({1e4, 0.5}, 0);
+  ASSERT_EQ(runs.size(), 2u);
+  EXPECT_EQ(runs[0].program.experiment, "consolidation");
+  EXPECT_EQ(runs[0].program.fidelity, Fidelity::quick);
+  EXPECT_EQ(runs[1].program.experiment, "spreading");
+  EXPECT_EQ(runs[1].program.fidelity, Fidelity::standard);
+  EXPECT_EQ(runs[0].seed, runs[1].seed) << "one seed for a replicate of a point";
+  EXPECT_NE(runs[0].key, runs[1].key);
+}
+
+TEST(Planner, CostCountsEachExperimentByItself) {
+  const Study study = ThreeExperiments();  // 20 evaluations of 3 seeds, 6 to confirm
+  const Planner::Cost cost = Planner(study).EstimateCost();
+  ASSERT_EQ(cost.experiments.size(), 2u);
+  EXPECT_EQ(cost.experiments[0].runs, 63);
+  EXPECT_GT(cost.experiments[1].particles, cost.experiments[0].particles);
+  EXPECT_EQ(cost.runs, 126);
+  EXPECT_NEAR(cost.seconds * study.parallel(),
+              63 * (cost.experiments[0].seconds + cost.experiments[1].seconds), 1e-9);
+  const Planner::Cost more = Planner(study).EstimateCost({1});
+  ASSERT_EQ(more.experiments.size(), 3u);
+  EXPECT_EQ(more.experiments[2].experiment, 1u);
+  EXPECT_EQ(more.runs, 126 + 6);
+  EXPECT_GT(more.seconds, cost.seconds);
+}
+
+TEST(Planner, OneStressForTheExperimentsThatHaveOne) {
+  const Study study = ThreeExperiments();
+  const Planner planner(study);
+  EXPECT_EQ(planner.ExplainUnsupported(), "");
+  EXPECT_EQ(planner.Simulation(1, {1e4, 0.5}).stress, 900);
+  EXPECT_FALSE(planner.Simulation(2, {1e4, 0.5}).stress.has_value());
+  EXPECT_EQ(planner.ScalingTables({0, 1, 2}, {1e4, 0.5}).size(), 3u);
 }
 
 }  // namespace

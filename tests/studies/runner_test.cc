@@ -1,5 +1,6 @@
 #include "studies/runner.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <atomic>
@@ -105,8 +106,8 @@ TEST(Runner, ResumingAFinishedStudyRunsNothing) {
 class StopAfter final : public ProgressListener {
  public:
   StopAfter(std::stop_source& stop, int evaluations) : stop_(stop), left_(evaluations) {}
-  void OnEvaluation(const LedgerCandidate&, const ReducedResponses&, const Outcome&,
-                    const Progress&) override {
+  void OnEvaluation(const LedgerCandidate&, const ReducedResponses&,
+                    const std::vector<ExperimentFailure>&, const Progress&) override {
     if (--left_ == 0) stop_.request_stop();
   }
 
@@ -146,6 +147,94 @@ TEST(Runner, LargerBudgetGoesOnWhereTheSmallerEnded) {
   EXPECT_EQ(results.total, 9);
   Study whole = RandomStudy({{"budget.evaluations", "9"}});
   ExpectEqualHistories(results, RunIn(whole, folder / "y"));
+}
+
+TEST(Runner, AStudyOfOneExperimentHasItsBestPointAsParetoFront) {
+  const TemporaryFolder folder;
+  Study joint = TableStudy();
+  Study pareto = TableStudy({{"objective", "pareto"}});
+  const StudyResults expected = RunIn(joint, folder / "joint");
+  const StudyResults results = RunIn(pareto, folder / "pareto");
+  ExpectEqualHistories(results, expected);
+  EXPECT_TRUE(expected.objectives.empty());
+  EXPECT_TRUE(expected.pareto.empty());
+  EXPECT_THAT(results.objectives, testing::ElementsAre("consolidation"));
+  EXPECT_THAT(results.pareto, testing::ElementsAre(*results.best));
+  for (const EvaluationResult& evaluation : results.history) {
+    ASSERT_EQ(evaluation.objectives.size(), 1u);
+    EXPECT_EQ(evaluation.objectives[0].chi2, evaluation.chi2);
+  }
+}
+
+// A void ratio that grows with cohesion and a friction that falls with it: the targets want k of
+// about 64 and 25 kJ/m3.
+Study ContradictoryStudy(const std::filesystem::path& folder, Overrides overrides = {}) {
+  std::string csv =
+      "cohesion_energy_density [J/m3],rolling_friction,consolidation.void_ratio,shear.tan_phi\n";
+  for (int i = 0; i <= 4; ++i) {
+    for (int j = 0; j <= 4; ++j) {
+      const double k = 100 + i * 24975;
+      const double mu_r = 0.05 + j * 0.1625;
+      csv += fmt::format("{},{},{},{}\n", k, mu_r, 0.59 + 3e-6 * k, 0.7 - 4e-6 * k + 0.1 * mu_r);
+    }
+  }
+  WriteFileAtomically(folder / "known.csv", csv);
+  std::string text =
+      StudyText("hastelloy_x_table3", "tangential: no_history", "tangential: history");
+  const std::size_t begin = text.find("experiments:\n");
+  text = text.substr(0, begin) +
+         "experiments:\n"
+         "  - consolidation:\n"
+         "      stress: 9 kPa\n"
+         "      observed: {void_ratio: {value: 0.783, sd: 0.01}}\n"
+         "  - shear:\n"
+         "      preshear: 9 kPa\n"
+         "      observed: {tan_phi: {value: 0.63, sd: 0.01}}\n"
+         "objective: pareto\n"
+         "optimizer: bayesian\n"
+         "backend: {name: table, file: known.csv}\n"
+         "budget: {evaluations: 24, parallel: 1}\n";
+  return Study::Parse(text, "s.yaml", folder, overrides);
+}
+
+TEST(Runner, TwoExperimentsThatContradictEachOtherSpanAFront) {
+  const TemporaryFolder folder;
+  Study study = ContradictoryStudy(folder.path());
+  const StudyResults results = RunIn(study, folder / "x");
+  EXPECT_THAT(results.objectives, testing::ElementsAre("consolidation", "shear"));
+  ASSERT_GE(results.pareto.size(), 6u);
+  EXPECT_THAT(results.pareto, testing::Contains(*results.best));
+  double lowest[2] = {1e300, 1e300};
+  for (const std::size_t i : results.pareto) {
+    const EvaluationResult& evaluation = results.history[i];
+    for (int o = 0; o < 2; ++o) {
+      lowest[o] = std::min(lowest[o], *evaluation.objectives[o].chi2);
+    }
+    EXPECT_NEAR(*evaluation.objectives[0].chi2 + *evaluation.objectives[1].chi2, *evaluation.chi2,
+                1e-9 * *evaluation.chi2);
+  }
+  EXPECT_LT(lowest[0], 0.1);
+  EXPECT_LT(lowest[1], 0.1);
+  EXPECT_GT(*results.history[*results.best].chi2, 10) << "no point serves both";
+}
+
+TEST(Runner, AFrontIsTheSameAfterAnInterruption) {
+  const TemporaryFolder folder;
+  const Overrides overrides = {{"budget.evaluations", "12"}};
+  Study whole = ContradictoryStudy(folder.path(), overrides);
+  const StudyResults expected = RunIn(whole, folder / "whole");
+  {
+    std::stop_source stop;
+    StopAfter listener(stop, 8);
+    Study study = ContradictoryStudy(folder.path(), overrides);
+    StudyRunner runner(study,
+                       {.folder = folder / "cut", .stop = stop.get_token(), .listener = &listener});
+    EXPECT_EQ(runner.Run(), StudyRunner::End::interrupted);
+  }
+  Study study = ContradictoryStudy(folder.path(), overrides);
+  const StudyResults results = RunIn(study, folder / "cut");
+  ExpectEqualHistories(results, expected);
+  EXPECT_EQ(results.pareto, expected.pareto);
 }
 
 TEST(Runner, EqualPointsShareOneRun) {

@@ -87,6 +87,145 @@ TEST(Study, FingerprintIgnoresTheBudgetAlone) {
   EXPECT_NE(Study::Load("quickstart", {{"backend.fidelity", "standard"}}).Fingerprint(), base);
 }
 
+// The quickstart study with further experiments.
+Study WithExperiments(const std::string& more, const Overrides& overrides = {},
+                      const std::filesystem::path& folder = kLibrary) {
+  return Study::Parse(StudyText("quickstart", "objective: joint", more + "objective: joint"),
+                      "s.yaml", folder, overrides);
+}
+
+std::string MessageWith(const std::string& more, const std::filesystem::path& folder = kLibrary) {
+  try {
+    WithExperiments(more, {}, folder);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(StudyExperiments, OnlyWhatIsObservedIsCalibratedUnlessTheStudySaysOtherwise) {
+  const Study study = WithExperiments(
+      "  - shear: {preshear: 9 kPa}\n"
+      "  - spreading:\n"
+      "      calibrate: false\n"
+      "      observed: {coverage: {value: 0.9, sd: 0.05}}\n");
+  EXPECT_THAT(study.CalibratedExperiments(), ::testing::ElementsAre(0u));
+  ASSERT_EQ(study.MakeObjectives().targets.size(), 1u);
+  EXPECT_EQ(study.Observations().size(), 1u);
+  EXPECT_EQ(study.experiments[2].observed.size(), 1u) << "kept to compare with";
+  const Study all = WithExperiments(
+      "  - spreading: {observed: {coverage: {value: 0.9, sd: 0.05}}}\n", {{"objective", "joint"}});
+  EXPECT_THAT(all.CalibratedExperiments(), ::testing::ElementsAre(0u, 1u));
+  EXPECT_EQ(all.MakeObjectives().targets[1].objective, 1);
+}
+
+TEST(StudyExperiments, FidelityOfTheirOwn) {
+  const std::string spreading =
+      "  - spreading: {fidelity: standard, observed: {coverage: {value: 0.9, sd: 0.05}}}\n";
+  Study study = WithExperiments(spreading);
+  EXPECT_EQ(study.FidelityOf(0), Fidelity::quick);
+  EXPECT_EQ(study.FidelityOf(1), Fidelity::standard);
+  Study again =
+      Study::Parse(study.ToYaml(), "study.yaml", kLibrary,
+                   {{"backend.fidelity", "paper"}, {"experiments[1].spreading.fidelity", "quick"}});
+  EXPECT_EQ(again.FidelityOf(0), Fidelity::paper) << "the resolved study leaves it to the backend";
+  EXPECT_EQ(again.FidelityOf(1), Fidelity::quick);
+  EXPECT_NE(again.Fingerprint(), study.Fingerprint());
+}
+
+TEST(StudyExperiments, WhatIsNotCalibratedMayBeAddedToAStudyThatHasRun) {
+  Study alone = Study::Load("quickstart");
+  Study more = WithExperiments("  - shear: {preshear: 9 kPa}\n");
+  Study compared = WithExperiments(
+      "  - spreading: {calibrate: false, observed: {coverage: {value: 0.9, sd: 0.05}}}\n");
+  Study fitted = WithExperiments("  - spreading: {observed: {coverage: {value: 0.9, sd: 0.05}}}\n");
+  EXPECT_EQ(more.Fingerprint(), alone.Fingerprint());
+  EXPECT_EQ(compared.Fingerprint(), alone.Fingerprint());
+  EXPECT_NE(fitted.Fingerprint(), alone.Fingerprint());
+  EXPECT_THAT(more.ToYaml(), HasSubstr("calibrate: false")) << "but it is written down";
+}
+
+TEST(StudyExperiments, TransferTakesThoseThatAreNotCalibrated) {
+  const Study study = WithExperiments("  - shear: {preshear: 9 kPa}\n  - spreading: {}\n");
+  EXPECT_THAT(study.TransferExperiments({"spreading", "shear"}), ::testing::ElementsAre(1u, 2u));
+  EXPECT_THAT(study.TransferExperiments({}), ::testing::IsEmpty());
+  const auto message = [&](const std::string& name) -> std::string {
+    try {
+      study.TransferExperiments({"shear", name});
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "no error";
+  };
+  EXPECT_THAT(message("consolidation"),
+              AllOf(HasSubstr("command line: --evaluate-also"), HasSubstr("is calibrated"),
+                    HasSubstr("not calibrated: shear, spreading")));
+  EXPECT_THAT(message("spreadin"),
+              AllOf(HasSubstr("not in the study"), HasSubstr("did you mean 'spreading'?")));
+}
+
+TEST(StudyExperiments, MistakesAreExplained) {
+  EXPECT_THAT(MessageWith("  - spreading: {calibrate: true}\n"),
+              AllOf(HasSubstr("experiments[1].spreading.calibrate"), HasSubstr("'observed'")));
+  EXPECT_THAT(MessageWith("  - spreading: {calibrat: true}\n"),
+              HasSubstr("did you mean 'calibrate'?"));
+  EXPECT_THAT(MessageWith("  - spreading: {fidelity: quik}\n"),
+              HasSubstr("unknown fidelity 'quik'"));
+  EXPECT_THAT(
+      MessageFor("quickstart", "      observed:", "      calibrate: false\n      observed:"),
+      HasSubstr("nothing to calibrate against"));
+}
+
+class ObservedFiles : public ::testing::Test {
+ protected:
+  std::string Shear(const std::string& observed) const {
+    return "  - shear: {preshear: 9 kPa, observed: {" + observed + "}}\n";
+  }
+  std::string Message(const std::string& observed) const {
+    return MessageWith(Shear(observed), folder_.path());
+  }
+  void Write(const std::string& rows) const {
+    WriteFileAtomically(folder_ / "locus.csv",
+                        "normal_stress [kPa],shear_stress [kPa],shear_stress_sd [kPa]\n" + rows);
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(ObservedFiles, AreReadOnceAndWrittenOut) {
+  Write("3,1.8,0.15\n6,3.4,0.2\n");
+  for (const std::string given :
+       {"yield_locus: locus.csv", "yield_locus: {file: locus.csv, source: locus.csv}"}) {
+    Study study = WithExperiments(Shear(given), {}, folder_.path());
+    const auto& observed = study.experiments[1].observed;
+    ASSERT_EQ(observed.size(), 2u);
+    EXPECT_EQ(observed[1].response, "shear_stress_2");
+    EXPECT_DOUBLE_EQ(observed[1].value, 3400);
+    EXPECT_DOUBLE_EQ(observed[1].sd, 200);
+    EXPECT_EQ(observed[1].source, "locus.csv");
+    const std::string text = study.ToYaml();
+    EXPECT_THAT(text, ::testing::Not(HasSubstr("yield_locus")));
+    Study again = Study::Parse(text, "study.yaml", "/nowhere");
+    EXPECT_EQ(again.ToYaml(), text) << "the folder of a run does not need the file";
+    EXPECT_EQ(again.Fingerprint(), study.Fingerprint());
+  }
+}
+
+TEST_F(ObservedFiles, MistakesAreExplained) {
+  EXPECT_THAT(Message("yield_locus: nosuch.csv"),
+              AllOf(HasSubstr("s.yaml:"), HasSubstr("shear.observed.yield_locus"),
+                    HasSubstr("nosuch.csv")));
+  EXPECT_THAT(Message("yield_locs: locus.csv"), HasSubstr("did you mean 'yield_locus'?"));
+  Write("3,1.8,0.15\n6,much,0.2\n");
+  EXPECT_THAT(Message("yield_locus: locus.csv"),
+              AllOf(HasSubstr("locus.csv:3"), HasSubstr("shear_stress"), HasSubstr("much")));
+  Write("3,1.8,0.15\n6,3.4,0.2\n");
+  EXPECT_THAT(Message("yield_locus: locus.csv, shear_stress_1: {value: 1 kPa, sd: 1 Pa}"),
+              AllOf(HasSubstr("shear_stress_1"), HasSubstr("observed twice")));
+  EXPECT_THAT(Message("shear_stress_1: 1.8 kPa"),
+              AllOf(HasSubstr("not read from a file"), HasSubstr("yield_locus")));
+}
+
 TEST(Study, OverridesReachAnyKey) {
   const Study study = Study::Load("quickstart", {{"budget.evaluations", "7"},
                                                  {"numerics.time_step", "1e-6 s"},

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "studies/study.h"
+
+namespace powdercal::benchmarks {
+
+/// One experiment of a shipped study, at one point, over several particle seeds.
+struct Case {
+  std::string name;
+  std::string experiment;
+  std::vector<double> parameters;  ///< SI, in the order of the study's search space
+  Overrides overrides;             ///< of the study
+};
+
+/// What the seeds of a case gave.
+struct Sample {
+  std::map<std::string, std::vector<double>> responses;    ///< SI, of the runs that ended well
+  std::map<std::string, std::vector<double>> diagnostics;  ///< and steps, simulator_seconds
+  std::map<std::string, int> outcomes;                     ///< by reason code
+  std::vector<std::string> failures;                       ///< messages
+};
+
+struct CampaignOptions {
+  std::string study = "hastelloy_x_joint";
+  int first_seed = 1;
+  int seeds = 5;
+  int parallel = 2;
+  double time_limit = 900;  ///< [s] of one run
+};
+
+/// Runs all seeds of all cases, several at a time; says on standard error how far it is.
+std::vector<Sample> RunCampaign(std::span<const Case> cases, const CampaignOptions& options);
+
+double Mean(const std::vector<double>& values);
+/// Of the values themselves, divisor n − 1; 0 for fewer than two.
+double StandardDeviation(const std::vector<double>& values);
+
+/// {"mean": …, "sd": …, "n": …}; null without values.
+nlohmann::json Statistics(const std::vector<double>& values);
+/// {"responses": {name: statistics}, "diagnostics": {…}, "outcomes": {…}, "failures": […]}.
+nlohmann::json ToJson(const Sample& sample);
+
+}  // namespace powdercal::benchmarks

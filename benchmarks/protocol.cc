@@ -1,0 +1,209 @@
+// What the responses of an experiment depend on besides the powder: size, rate, time step,
+// geometry, preparation, particle seed. One thing at a time is varied about the study's own
+// setting, several particle seeds each. See docs/validation/protocols.md; benchmarks/plot.mjs draws
+// the JSON.
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "benchmarks/campaign.h"
+
+namespace {
+
+using namespace powdercal;
+using namespace powdercal::benchmarks;
+using nlohmann::json;
+
+struct Setting {
+  const char* label;    // on the axis of the plot; "" with every sweep: the study's own setting
+  Overrides overrides;  // {EXPERIMENT} stands for the path of the experiment's section
+};
+
+struct Sweep {
+  const char* name;
+  std::vector<Setting> settings;
+};
+
+// Index of an experiment in the study.
+std::string PathOf(const std::string& study, const std::string& experiment) {
+  const Study loaded =
+      Study::Load(fmt::format("{}/studies/library/{}.yaml", POWDERCAL_SOURCE_DIR, study));
+  for (std::size_t i = 0; i < loaded.experiments.size(); ++i) {
+    if (loaded.experiments[i].experiment->name() == experiment) {
+      return fmt::format("experiments[{}].{}", i, experiment);
+    }
+  }
+  throw std::invalid_argument("no experiment '" + experiment + "' in study " + study);
+}
+
+// One option of the experiment, at several values.
+Sweep Vary(const char* name, const char* option, const std::vector<const char*>& values) {
+  Sweep sweep{.name = name, .settings = {}};
+  for (const char* value : values) {
+    sweep.settings.push_back({value, {{fmt::format("{{EXPERIMENT}}.{}", option), value}}});
+  }
+  return sweep;
+}
+
+Sweep VaryStudy(const char* name, const char* key, const std::vector<const char*>& values) {
+  Sweep sweep{.name = name, .settings = {}};
+  for (const char* value : values) sweep.settings.push_back({value, {{key, value}}});
+  return sweep;
+}
+
+std::vector<Sweep> SweepsOf(const std::string& experiment) {
+  std::vector<Sweep> sweeps = {
+      VaryStudy("time step [Rayleigh times]", "numerics.rayleigh_fraction", {"0.1", "0.2", "0.4"})};
+  const auto add = [&](Sweep sweep) { sweeps.push_back(std::move(sweep)); };
+  if (experiment == "consolidation") {
+    add(Vary("fidelity", "fidelity", {"quick", "standard"}));
+    add(Vary("initial solid fraction", "initial_solid_fraction", {"0.20", "0.30", "0.34"}));
+    add(Vary("initial velocity", "initial_velocity", {"0 m/s", "0.1 m/s", "0.3 m/s"}));
+    add(VaryStudy("limit_force", "contact_law.limit_force", {"false", "true"}));
+    add(VaryStudy("torsion", "contact_law.torsion", {"true", "false"}));
+    add(VaryStudy("rolling", "contact_law.rolling", {"epsd2", "cdt"}));
+    add(VaryStudy("tangential", "contact_law.tangential", {"history", "no_history"}));
+  } else if (experiment == "shear") {
+    // `standard` has more particles, and a slower and longer preshear, which are put back here.
+    add({"particles",
+         {{"1000", {{"{EXPERIMENT}.fidelity", "quick"}}},
+          {"3000",
+           {{"{EXPERIMENT}.fidelity", "standard"},
+            {"{EXPERIMENT}.inertial_number", "0.004"},
+            {"{EXPERIMENT}.preshear_strain", "2.4"}}}}});
+    add(Vary("inertial number", "inertial_number", {"0.002", "0.004", "0.008"}));
+    add(Vary("preshear strain", "preshear_strain", {"2.4", "4"}));
+    add(Vary("yield strain", "yield_strain", {"0.05", "0.1", "0.2"}));
+    add(Vary("presheared states", "repeats", {"3", "5", "9"}));
+    add(Vary("cell", "cell", {"periodic", "platens"}));
+  } else if (experiment == "spreading") {
+    add(Vary("gap", "gap", {"60 um", "80 um", "120 um"}));
+    add(Vary("sweep", "sweep", {"1.04 mm", "2 mm"}));
+    add(Vary("width", "width", {"120 um", "174 um", "290 um"}));
+    add(Vary("powder surplus", "powder_surplus", {"0.9", "1.1", "1.5"}));
+    add(Vary("start margin [gaps]", "start_margin", {"1.5", "3", "4.5"}));
+    add(Vary("density cell [d]", "density_cell", {"2", "3", "5"}));
+    add(Vary("blade speed", "blade_speed", {"12.5 mm/s", "25 mm/s", "50 mm/s"}));
+    add(Vary("plate", "plate", {"rough", "smooth"}));
+  } else if (experiment == "angle_of_repose") {
+    add(Vary("fidelity", "fidelity", {"quick", "standard"}));
+    add(Vary("bed aspect", "bed_aspect", {"0.6", "0.8", "1"}));
+    add(Vary("flow time", "flow_time", {"30 ms", "65 ms", "100 ms"}));
+  }
+  return sweeps;
+}
+
+struct Point {
+  double cohesion;  // [J/m3]
+  double rolling;   // [-]
+};
+
+Overrides Resolve(const Overrides& overrides, const std::string& path) {
+  static const std::string kPlace = "{EXPERIMENT}";
+  Overrides resolved;
+  for (const auto& [key, value] : overrides) {
+    const bool own = key.starts_with(kPlace);
+    resolved[own ? path + key.substr(kPlace.size()) : key] = value;
+  }
+  return resolved;
+}
+
+struct Options {
+  CampaignOptions campaign{.seeds = 4};
+  std::string experiment = "shear";
+  std::string only;
+  std::vector<double> points = {15'833, 0.25, 47'500, 0.5};
+  std::string backend = "embedded";
+  bool as_json = false;
+};
+
+json Run(const Options& options) {
+  const std::string path = PathOf(options.campaign.study, options.experiment);
+  std::vector<Case> cases;
+  json sweeps = json::array();
+  std::vector<std::pair<json*, std::size_t>> places;
+  std::vector<Sweep> chosen;
+  for (Sweep& sweep : SweepsOf(options.experiment)) {
+    if (std::string(sweep.name).find(options.only) == std::string::npos) continue;
+    chosen.push_back(std::move(sweep));
+  }
+  for (const Sweep& sweep : chosen) {
+    for (const Setting& setting : sweep.settings) {
+      for (std::size_t p = 0; p + 1 < options.points.size(); p += 2) {
+        Overrides overrides = Resolve(setting.overrides, path);
+        overrides["backend.name"] = options.backend;
+        cases.push_back({.name = fmt::format("{} {}", sweep.name, setting.label),
+                         .experiment = options.experiment,
+                         .parameters = {options.points[p], options.points[p + 1]},
+                         .overrides = std::move(overrides)});
+      }
+    }
+  }
+  const std::vector<Sample> samples = RunCampaign(cases, options.campaign);
+  std::size_t next = 0;
+  for (const Sweep& sweep : chosen) {
+    json entries = json::array();
+    for (const Setting& setting : sweep.settings) {
+      for (std::size_t p = 0; p + 1 < options.points.size(); p += 2) {
+        json entry = ToJson(samples[next++]);
+        entry["setting"] = setting.label;
+        entry["point"] = {{"k", options.points[p]}, {"mu_r", options.points[p + 1]}};
+        entries.push_back(std::move(entry));
+      }
+    }
+    sweeps.push_back({{"sweep", sweep.name}, {"cases", std::move(entries)}});
+  }
+  return {{"experiment", options.experiment},
+          {"study", options.campaign.study},
+          {"backend", options.backend},
+          {"seeds", options.campaign.seeds},
+          {"sweeps", std::move(sweeps)}};
+}
+
+void PrintTable(const json& report) {
+  for (const json& sweep : report["sweeps"]) {
+    fmt::print("{}\n", sweep["sweep"].get<std::string>());
+    for (const json& entry : sweep["cases"]) {
+      fmt::print("  {:>14} k={:<6g} mu_r={:<5g}", entry["setting"].get<std::string>(),
+                 entry["point"]["k"].get<double>(), entry["point"]["mu_r"].get<double>());
+      for (const auto& [name, value] : entry["responses"].items()) {
+        fmt::print("  {} {:.4g}±{:.2g}", name, value["mean"].get<double>(),
+                   value["sd"].get<double>());
+      }
+      const json& seconds = entry["diagnostics"].value("simulator_seconds", json());
+      if (!seconds.is_null()) fmt::print("  {:.1f} s", seconds["mean"].get<double>());
+      fmt::print("  {}\n", entry["outcomes"].dump());
+    }
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App program{"What an experiment's responses depend on besides the powder"};
+  Options options;
+  program.add_option("--experiment", options.experiment, "of the study")->capture_default_str();
+  program.add_option("--study", options.campaign.study, "shipped study with that experiment")
+      ->capture_default_str();
+  program.add_option("--backend", options.backend, "simulator")->capture_default_str();
+  program.add_option("--seeds", options.campaign.seeds, "particle seeds of each case")
+      ->capture_default_str();
+  program.add_option("--parallel", options.campaign.parallel, "simulations at a time")
+      ->capture_default_str();
+  program.add_option("--only", options.only, "sweeps whose name contains this");
+  program.add_option("--points", options.points, "k and mu_r, pair after pair");
+  program.add_flag("--json", options.as_json, "print JSON");
+  CLI11_PARSE(program, argc, argv);
+  const json report = Run(options);
+  if (options.as_json) {
+    fmt::print("{}\n", report.dump(2));
+  } else {
+    PrintTable(report);
+  }
+}

@@ -1,0 +1,177 @@
+// The embedded engine against LIGGGHTS, experiment by experiment: difference of the means over
+// particle seeds with its 95 % confidence interval (Welch 1947). Both engines run the same
+// programs. See docs/validation/two_engines.md.
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <boost/math/distributions/students_t.hpp>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "benchmarks/campaign.h"
+
+namespace {
+
+using namespace powdercal;
+using namespace powdercal::benchmarks;
+using nlohmann::json;
+
+struct Experiment {
+  std::string name;
+  Overrides overrides;  // what LIGGGHTS needs
+  std::vector<std::string> responses;
+};
+
+const std::vector<Experiment>& Experiments() {
+  static const std::vector<Experiment> kExperiments = {
+      {"consolidation", {}, {"void_ratio"}},
+      {"shear",
+       {{"cell", "platens"}},
+       {"steady_state_angle", "phi", "cohesion", "steady_state_void_ratio"}},
+      {"spreading", {}, {"coverage", "packing_density"}},
+      {"angle_of_repose", {}, {"poured_void_ratio", "retained_mass"}}};
+  return kExperiments;
+}
+
+struct Difference {
+  double value = 0;
+  double half_width = 0;  // of the 95 % interval
+};
+
+Difference Welch(const std::vector<double>& a, const std::vector<double>& b) {
+  const auto n = static_cast<double>(a.size());
+  const auto m = static_cast<double>(b.size());
+  const double va = std::pow(StandardDeviation(a), 2) / n;
+  const double vb = std::pow(StandardDeviation(b), 2) / m;
+  Difference difference{.value = Mean(a) - Mean(b)};
+  if (va + vb <= 0) return difference;
+  const double freedom = (va + vb) * (va + vb) / (va * va / (n - 1) + vb * vb / (m - 1));
+  const boost::math::students_t distribution(freedom);
+  difference.half_width = boost::math::quantile(distribution, 0.975) * std::sqrt(va + vb);
+  return difference;
+}
+
+struct Options {
+  CampaignOptions campaign;
+  std::vector<std::string> experiments = {"shear", "spreading"};
+  std::vector<double> points = {15'833, 0.25};
+  bool as_json = false;
+};
+
+std::string Section(const Study& study, const std::string& experiment) {
+  for (std::size_t i = 0; i < study.experiments.size(); ++i) {
+    if (study.experiments[i].experiment->name() == experiment) {
+      return fmt::format("experiments[{}].{}.", i, experiment);
+    }
+  }
+  throw std::invalid_argument("the study has no experiment " + experiment);
+}
+
+json Row(const std::string& experiment, const std::string& response, double cohesion,
+         double rolling, const Sample& embedded, const Sample& liggghts) {
+  json row = {
+      {"experiment", experiment}, {"response", response}, {"k", cohesion}, {"mu_r", rolling}};
+  const auto a = embedded.responses.find(response);
+  const auto b = liggghts.responses.find(response);
+  if (a != embedded.responses.end()) row["embedded"] = Statistics(a->second);
+  if (b != liggghts.responses.end()) row["liggghts"] = Statistics(b->second);
+  const bool both = a != embedded.responses.end() && b != liggghts.responses.end() &&
+                    a->second.size() > 1 && b->second.size() > 1;
+  if (both) {
+    const Difference difference = Welch(a->second, b->second);
+    row["difference"] = {{"value", difference.value},
+                         {"lower", difference.value - difference.half_width},
+                         {"upper", difference.value + difference.half_width}};
+  }
+  row["outcomes"] = {{"embedded", embedded.outcomes}, {"liggghts", liggghts.outcomes}};
+  return row;
+}
+
+void Print(const json& row) {
+  const auto side = [&](const char* name) {
+    if (!row.contains(name)) return std::string("-");
+    return fmt::format("{:.4g} ± {:.2g} ({})", row[name]["mean"].get<double>(),
+                       row[name]["sd"].get<double>(), row[name]["n"].get<int>());
+  };
+  std::string difference = "-";
+  if (row.contains("difference")) {
+    const json& d = row["difference"];
+    difference = fmt::format("{:+.2g} [{:+.2g}, {:+.2g}]", d["value"].get<double>(),
+                             d["lower"].get<double>(), d["upper"].get<double>());
+  }
+  fmt::print("| {}.{} | {:g} | {:g} | {} | {} | {} |\n", row["experiment"].get<std::string>(),
+             row["response"].get<std::string>(), row["k"].get<double>(), row["mu_r"].get<double>(),
+             side("embedded"), side("liggghts"), difference);
+}
+
+json Run(const Options& options) {
+  const Study study = Study::Load(
+      fmt::format("{}/studies/library/{}.yaml", POWDERCAL_SOURCE_DIR, options.campaign.study));
+  std::vector<Case> cases;
+  std::vector<std::pair<const Experiment*, std::size_t>> order;  // with the index of the point
+  for (const Experiment& experiment : Experiments()) {
+    if (std::ranges::find(options.experiments, experiment.name) == options.experiments.end()) {
+      continue;
+    }
+    for (std::size_t p = 0; p + 1 < options.points.size(); p += 2) {
+      order.emplace_back(&experiment, p);
+      for (const char* backend : {"embedded", "liggghts"}) {
+        Overrides overrides = {{"backend.name", backend}};
+        for (const auto& [key, value] : experiment.overrides) {
+          overrides[Section(study, experiment.name) + key] = value;
+        }
+        cases.push_back({.name = fmt::format("{} {}", experiment.name, backend),
+                         .experiment = experiment.name,
+                         .parameters = {options.points[p], options.points[p + 1]},
+                         .overrides = std::move(overrides)});
+      }
+    }
+  }
+  const std::vector<Sample> samples = RunCampaign(cases, options.campaign);
+  json rows = json::array();
+  json failures = json::array();
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const auto& [experiment, p] = order[i];
+    for (const std::string& response : experiment->responses) {
+      rows.push_back(Row(experiment->name, response, options.points[p], options.points[p + 1],
+                         samples[2 * i], samples[2 * i + 1]));
+    }
+    for (std::size_t side : {2 * i, 2 * i + 1}) {
+      for (const std::string& message : samples[side].failures) {
+        failures.push_back(cases[side].name + ": " + message);
+      }
+    }
+  }
+  return {{"study", options.campaign.study},
+          {"seeds", options.campaign.seeds},
+          {"rows", std::move(rows)},
+          {"failures", std::move(failures)}};
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App program{"The embedded engine against LIGGGHTS, response by response"};
+  Options options;
+  program.add_option("--experiments", options.experiments, "of the study")->capture_default_str();
+  program.add_option("--points", options.points, "k and mu_r, pair after pair");
+  program.add_option("--study", options.campaign.study, "shipped study")->capture_default_str();
+  program.add_option("--seeds", options.campaign.seeds, "particle seeds of each case")
+      ->capture_default_str();
+  program.add_option("--parallel", options.campaign.parallel, "simulations at a time")
+      ->capture_default_str();
+  program.add_flag("--json", options.as_json, "print JSON");
+  CLI11_PARSE(program, argc, argv);
+  const json report = Run(options);
+  if (options.as_json) {
+    fmt::print("{}\n", report.dump(2));
+    return 0;
+  }
+  fmt::print("| response | k [J/m³] | mu_r | embedded (n) | LIGGGHTS (n) | difference [95 %] |\n");
+  fmt::print("|---|---|---|---|---|---|\n");
+  for (const json& row : report["rows"]) Print(row);
+  for (const json& message : report["failures"]) fmt::print("{}\n", message.get<std::string>());
+}
