@@ -9,7 +9,7 @@ namespace powdercal::embedded {
 
 double ServoControl::Next(double force, double time_step) {
   const double error = 1 - force / target;
-  if (integral_time > 0 && error < 0.5) {
+  if (integral_time > 0 && (std::abs(error) < 0.5 || error * integral < 0)) {
     integral += speed * error * time_step / integral_time;
     integral = std::clamp(integral, -speed, speed);
   }

@@ -13,7 +13,8 @@ namespace powdercal::embedded {
 /// Presses a body down on the bed with a force, by its velocity along z:
 /// v = −(P e + ∫ P e dt/T), e = 1 − F/F_target, the particles' force F upward. The integral takes
 /// away what a steady dilation or compaction of the bed would otherwise leave as an error; it
-/// gathers once the bed carries half of the target.
+/// gathers where the force is within half of the target, so that it does not grow while a bed is
+/// being reached or left.
 struct ServoControl {
   double target = 0;         ///< [N] compressive, positive
   double speed = 0;          ///< [m/s] P, see ServoSpeed()

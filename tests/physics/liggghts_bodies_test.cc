@@ -434,10 +434,11 @@ TEST(ShearCellInTwoEngines, PlatensAndSlabBearTheSame) {
   }
 }
 
-// The springs of contacts, with meshes as well, are part of a saved state. What LIGGGHTS forgets is
-// the velocity of the servo's mesh, which dampers feel for two steps.
-constexpr double kOfRestart = 1e-3;  // of the way that particles go
+// [1] of the way that particles go: by how much LIGGGHTS' restored beds go astray. It forgets the
+// velocity of the servo's mesh, which dampers feel for two steps.
+constexpr double kOfRestart = 1e-3;
 
+// The springs of contacts, with meshes as well, are part of a saved state.
 TEST(ShearCellInTwoEngines, GoesOnFromASavedState) {
   Program program = ShearCell();
   const Motion drive = {"bottom", {kShear, 0, 0}, {}, {}};

@@ -116,6 +116,49 @@ TEST(ServoOfAShearedBed, MeanStressStaysWithinHalfAPerCent) {
   }
 }
 
+// Loads the bed, unloads it and loads it again, where the lid stands.
+TEST(ServoOfChangingStress, FollowsFromOneStressToTheNext) {
+  for (const std::string lid : {"plane", "mesh"}) {
+    Program program = Bed(900, lid);
+    const Hold hold = std::get<Hold>(program.stages.back());
+    const std::vector<double> stresses = {9000, 300, 900};
+    for (const double stress : stresses) {
+      program.stages.push_back(Servo{"lid", stress, 0.1, 0.05});
+      program.stages.push_back(hold);
+    }
+    const Trace trace = RunOk(program);
+    ASSERT_EQ(trace.moments.size(), 9U);
+    ASSERT_EQ(trace.FindSeries("lid")->time.size(), trace.FindSeries("lid")->force.size());
+    for (std::size_t n = 0; n < stresses.size(); ++n) {
+      const double load = stresses[n] * kWidth * kWidth;
+      const Moment& before = trace.moments[2 + 2 * n];
+      const Moment& reached = trace.moments[3 + 2 * n];
+      const Moment& held = trace.moments[4 + 2 * n];
+      EXPECT_EQ(reached.name, "servo");
+      EXPECT_LT(reached.time - before.time, 0.01) << "not before its longest duration";
+      EXPECT_NEAR(reached.walls.at("lid").force[2] / load, 1, 0.1);
+      EXPECT_NEAR(held.walls.at("lid").force[2] / load, 1, 0.02);
+      // Elastic, and from 900 to 9000 Pa a bed that gives way.
+      const double way =
+          held.walls.at("lid").displacement[2] - before.walls.at("lid").displacement[2];
+      Measured(fmt::format("way of the lid to {} Pa, {}, in radii", stresses[n], lid),
+               way / kRadius);
+      EXPECT_EQ(way > 0, n == 1);
+      EXPECT_LT(std::abs(way), 5 * kRadius);
+      double least = 1e9;
+      double most = 0;
+      const WallSeries& series = *trace.FindSeries("lid");
+      for (std::size_t k = 0; k < series.time.size(); ++k) {
+        if (series.time[k] <= reached.time || series.time[k] > held.time) continue;
+        least = std::min(least, series.normal_force[k] / load);
+        most = std::max(most, series.normal_force[k] / load);
+      }
+      Measured(fmt::format("least stress on the way to {} Pa, {}", stresses[n], lid), least);
+      Measured(fmt::format("largest stress on the way to {} Pa, {}", stresses[n], lid), most);
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Lids, ServoStress,
                          ::testing::Combine(::testing::Values(300.0, 900.0, 9000.0),
                                             ::testing::Values("plane", "mesh")),

@@ -145,5 +145,56 @@ TEST(ShearedCell, TraceHoldsTheVolume) {
   EXPECT_NEAR(fraction, 0.60, 0.02);
 }
 
+// From one stress to another while the shear goes on; stages end between two samples of the stress.
+TEST(ShearedCell, FollowsAStressThatChangesFromStageToStage) {
+  ShearedCell cell;
+  Program program = cell.program();
+  const Vector3 edges = program.domain.Lengths();
+  program.stages = {Insert{-0.5 * edges[2], 0.5 * edges[2], {}}};
+  const auto shear = [&](const std::string& name, double stress, double strain) {
+    Deform stage{.name = name,
+                 .duration = strain / ShearedCell::rate() + 7 * kStep,
+                 .shear_rate = ShearedCell::rate()};
+    stage.edges[2] = {EdgeControl::Kind::stress, stress};
+    program.stages.push_back(stage);
+  };
+  shear("900", 900, 1);
+  shear("300", 300, 0.5);
+  shear("600", 600, 0.5);
+  shear("600 still", 600, 0.5);
+  const Trace trace = RunOk(program);
+  ASSERT_EQ(trace.moments.size(), 4U);
+  const CellSeries& series = trace.cell;
+  for (std::size_t m = 1; m < 4; ++m) {
+    const double begin = trace.moments[m - 1].time;
+    const double end = trace.moments[m].time;
+    const double target = m == 1 ? 300 : 600;
+    double least = 1e9;
+    double most = 0;
+    double mean = 0;
+    int count = 0;
+    double settled = 0;
+    for (std::size_t n = 0; n < series.time.size(); ++n) {
+      if (series.time[n] <= begin || series.time[n] > end) continue;
+      const double stress = series.stress[n][2][2] / target;
+      least = std::min(least, stress);
+      most = std::max(most, stress);
+      if (settled == 0 && std::abs(stress - 1) < 0.2) settled = series.time[n] - begin;
+      if (series.time[n] < begin + 0.2 * (end - begin)) continue;
+      mean += stress;
+      ++count;
+    }
+    const std::string& name = trace.moments[m].name;
+    Measured("least stress, " + name, least);
+    Measured("largest stress, " + name, most);
+    Measured("strain until within 20 %, " + name, settled * ShearedCell::rate());
+    Measured("mean error of the stress, " + name, mean / count - 1);
+    EXPECT_GT(least, m == 3 ? 0.9 : 0.4) << name;
+    EXPECT_LT(most, 1.2) << name;
+    EXPECT_LT(settled * ShearedCell::rate(), 0.05) << name;
+    EXPECT_NEAR(mean / count, 1, 0.01) << name;
+  }
+}
+
 }  // namespace
 }  // namespace powdercal::physics

@@ -1,4 +1,4 @@
-#include "tests/physics/determinism.h"
+#include "tests/physics/detours.h"
 
 namespace powdercal::physics {
 namespace {
@@ -14,6 +14,19 @@ TEST(Determinism, CellDoesNotDependOnThreads) {
 TEST(Determinism, LongRunsOfInstructionSetsAgree) {
   ExpectTheSame(Bed(2e-3), OneThread());
   ExpectTheSame(Cell(ContactLaw::Rolling::epsd2, 5e-3), OneThread());
+}
+
+TEST(Determinism, DetoursLeaveNoTraceWhateverTheWay) {
+  std::vector<Way> ways = OneThread();
+  ways.push_back({embedded::BestIsa(), 2});
+  for (const Way& way : ways) {
+    SCOPED_TRACE(fmt::format("{}, {} threads",
+                             embedded::IsaNames()[static_cast<std::size_t>(way.isa)], way.threads));
+    ExpectSameAfterDetour(ShearedCell(), CellDetour(), way);
+    ExpectSameAfterDetour(LoadedBed(), BedDetour(), way);
+  }
+  ExpectTheSame(WithDetour(ShearedCell(), CellDetour()), ways);
+  ExpectTheSame(WithDetour(LoadedBed(), BedDetour()), ways);
 }
 
 }  // namespace
