@@ -381,7 +381,7 @@ Program ShearCell() {
   return program;
 }
 
-// Mean of a series' forces over the second half of the stage before a moment.
+// Means of the windows between two times: of the force on a body, of the slab's traction.
 Vector3 LateForce(const Trace& trace, const std::string& body, double begin, double end) {
   const WallSeries& series = *trace.FindSeries(body);
   Vector3 sum{};
@@ -421,10 +421,9 @@ TEST(ShearCellInTwoEngines, PlatensAndSlabBearTheSame) {
       const Vector3 bottom = (-1 / kArea) * LateForce(*trace, "bottom", begin, end);
       const Vector3 slab = LateTraction(*trace, begin, end);
       std::printf(
-          "[ %s ] %s: sigma top %.1f bottom %.1f slab %.1f, tau top %.1f bottom %.1f slab %.1f Pa, "
-          "height %.4g, fraction %.4f\n",
-          name, stage.c_str(), top[2], bottom[2], slab[2], top[0], bottom[0], slab[0],
-          trace->Find(stage)->walls.at("top").height, trace->slab.solid_fraction.back());
+          "[ run ] %s, %s: sigma top %.1f bottom %.1f slab %.1f Pa, tau top %.1f bottom %.1f slab "
+          "%.1f Pa\n",
+          name, stage.c_str(), top[2], bottom[2], slab[2], top[0], bottom[0], slab[0]);
       EXPECT_NEAR(top[2] / target, 1, 0.05) << stage;
       EXPECT_NEAR(bottom[2] / target, 1, 0.05) << stage;
       EXPECT_NEAR(slab[2] / target, 1, 0.05) << stage;
@@ -435,10 +434,11 @@ TEST(ShearCellInTwoEngines, PlatensAndSlabBearTheSame) {
   }
 }
 
-// The springs of contacts, with meshes as well, are part of a saved state. What LIGGGHTS forgets is
-// the velocity of the servo's mesh, which dampers feel for two steps.
-constexpr double kOfRestart = 1e-3;  // of the way that particles go
+// [1] of the way that particles go: by how much LIGGGHTS' restored beds go astray. It forgets the
+// velocity of the servo's mesh, which dampers feel for two steps.
+constexpr double kOfRestart = 1e-3;
 
+// The springs of contacts, with meshes as well, are part of a saved state.
 TEST(ShearCellInTwoEngines, GoesOnFromASavedState) {
   Program program = ShearCell();
   const Motion drive = {"bottom", {kShear, 0, 0}, {}, {}};
