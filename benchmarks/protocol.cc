@@ -57,8 +57,20 @@ Sweep VaryStudy(const char* name, const char* key, const std::vector<const char*
   return sweep;
 }
 
+Overrides With(Overrides overrides, const std::string& key, const std::string& value) {
+  overrides[key] = value;
+  return overrides;
+}
+
+// Of the shear test.
+const Overrides kMany = {{"{EXPERIMENT}.fidelity", "standard"},
+                         {"{EXPERIMENT}.inertial_number", "0.004"},
+                         {"{EXPERIMENT}.preshear_strain", "2.4"}};
+const Overrides kChatter = {{"contact_law.rolling", "cdt"}};
+
 std::vector<Sweep> SweepsOf(const std::string& experiment) {
   std::vector<Sweep> sweeps = {
+      {"the study's own", {{"", {}}}},
       VaryStudy("time step [Rayleigh times]", "numerics.rayleigh_fraction", {"0.1", "0.2", "0.4"})};
   const auto add = [&](Sweep sweep) { sweeps.push_back(std::move(sweep)); };
   if (experiment == "consolidation") {
@@ -71,17 +83,24 @@ std::vector<Sweep> SweepsOf(const std::string& experiment) {
     add(VaryStudy("tangential", "contact_law.tangential", {"history", "no_history"}));
   } else if (experiment == "shear") {
     // `standard` has more particles, and a slower and longer preshear, which are put back here.
-    add({"particles",
-         {{"1000", {{"{EXPERIMENT}.fidelity", "quick"}}},
-          {"3000",
-           {{"{EXPERIMENT}.fidelity", "standard"},
-            {"{EXPERIMENT}.inertial_number", "0.004"},
-            {"{EXPERIMENT}.preshear_strain", "2.4"}}}}});
+    add({"particles", {{"1000", {{"{EXPERIMENT}.fidelity", "quick"}}}, {"3000", kMany}}});
     add(Vary("inertial number", "inertial_number", {"0.002", "0.004", "0.008"}));
     add(Vary("preshear strain", "preshear_strain", {"2.4", "4"}));
     add(Vary("yield strain", "yield_strain", {"0.05", "0.1", "0.2"}));
     add(Vary("presheared states", "repeats", {"3", "5", "9"}));
     add(Vary("cell", "cell", {"periodic", "platens"}));
+    add({"cell of 3000",
+         {{"periodic", kMany}, {"platens", With(kMany, "{EXPERIMENT}.cell", "platens")}}});
+    add(Vary("preshear", "preshear", {"3 kPa", "9 kPa", "27 kPa"}));
+    add(VaryStudy("friction", "material.friction.particle", {"0.15", "0.3", "0.45"}));
+    add({"cdt: time step [Rayleigh times]",
+         {{"0.1", With(kChatter, "numerics.rayleigh_fraction", "0.1")},
+          {"0.2", With(kChatter, "numerics.rayleigh_fraction", "0.2")},
+          {"0.36", With(kChatter, "numerics.rayleigh_fraction", "0.36")}}});
+    add({"cdt: inertial number",
+         {{"0.002", With(kChatter, "{EXPERIMENT}.inertial_number", "0.002")},
+          {"0.004", kChatter},
+          {"0.008", With(kChatter, "{EXPERIMENT}.inertial_number", "0.008")}}});
   } else if (experiment == "spreading") {
     add(Vary("gap", "gap", {"60 um", "80 um", "120 um"}));
     add(Vary("sweep", "sweep", {"1.04 mm", "2 mm"}));
