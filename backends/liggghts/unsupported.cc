@@ -209,7 +209,8 @@ class StageCheck {
     return "";
   }
   static std::string Check(const Deform&) {
-    return "LIGGGHTS has no cell that deforms under a controlled stress, nor Lees-Edwards shear";
+    return "LIGGGHTS has no cell that deforms under a controlled stress, nor Lees-Edwards shear; "
+           "between platens it can shear (shear: cell: platens)";
   }
   std::string Check(const Save& save) {
     if (program_.law.cohesion == ContactLaw::Cohesion::dmt) {
