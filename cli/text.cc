@@ -25,21 +25,22 @@ std::string Number(const std::optional<double>& value) {
 
 std::string Response(const ResponseResult& response, bool fitted) {
   if (!response.simulated) return fmt::format("  {}: no value\n", response.name);
-  std::string text = fmt::format("  {} = {:.4g}", response.name, *response.simulated);
-  if (response.unit != "1") text += " " + response.unit;
+  const DisplayUnit unit = DisplayUnitOf(response.unit);
+  std::string text = fmt::format("  {} = {:.4g}", response.name, *response.simulated * unit.per_si);
+  if (unit.name != "1") text += fmt::format(" {}", unit.name);
   if (response.replicates > 1) {
     text += fmt::format(" (mean of {} seeds, standard deviation {:.2g})", response.replicates,
-                        response.seed_sd);
+                        response.seed_sd * unit.per_si);
   }
   if (!response.was_observed()) return text + ", not observed\n";
   const double deviation = *response.simulated - response.observed;
-  text += fmt::format(", observed {:.4g} ± {:.2g}, off by {:+.2g}", response.observed, response.sd,
-                      deviation);
+  text += fmt::format(", observed {:.4g} ± {:.2g}, off by {:+.2g}", response.observed * unit.per_si,
+                      response.sd * unit.per_si, deviation * unit.per_si);
   if (!fitted) text += fmt::format(" ({:.2g} sd)", std::abs(*StandardDeviationsOff(response)));
   if (response.tolerance) {
-    text += std::abs(deviation) < *response.tolerance
-                ? fmt::format(": within the tolerance of {:.2g}", *response.tolerance)
-                : fmt::format(": NOT within the tolerance of {:.2g}", *response.tolerance);
+    text += fmt::format(": {} the tolerance of {:.2g}",
+                        std::abs(deviation) < *response.tolerance ? "within" : "NOT within",
+                        *response.tolerance * unit.per_si);
   }
   return text + "\n";
 }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
+#include <numbers>
 #include <utility>
 
 #include "core/text.h"
@@ -182,9 +183,16 @@ std::string NumberText(double value, int digits) {
   return Trimmed(fmt::format("{:.{}f}", value, std::max(0, digits - 1 - exponent)));
 }
 
+DisplayUnit DisplayUnitOf(std::string_view si_unit) {
+  if (si_unit == "rad") return {"deg", 180 / std::numbers::pi};
+  return {si_unit, 1};
+}
+
 std::string ValueText(double value, std::string_view unit, int digits) {
-  const std::string pretty = PrettyUnit(unit);
-  return pretty.empty() ? NumberText(value, digits) : NumberText(value, digits) + " " + pretty;
+  const DisplayUnit display = DisplayUnitOf(unit);
+  const std::string number = NumberText(value * display.per_si, digits);
+  const std::string pretty = PrettyUnit(display.name);
+  return pretty.empty() ? number : number + " " + pretty;
 }
 
 std::string DurationText(double seconds) {

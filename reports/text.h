@@ -25,7 +25,14 @@ std::string SymbolHtml(std::string_view symbol);
 /// ten as ×10ⁿ outside 1e-4 … 1e6. "—" where it is not finite.
 std::string NumberText(double value, int digits = 4);
 
-/// The number and, where there is one, the unit: "47500 J/m³".
+/// How people read a quantity: angles in degrees, all else in SI.
+struct DisplayUnit {
+  std::string_view name;
+  double per_si = 1;
+};
+DisplayUnit DisplayUnitOf(std::string_view si_unit);
+
+/// The number in its display unit and, where there is one, the unit: "47500 J/m³", "30.2 deg".
 std::string ValueText(double value, std::string_view unit, int digits = 4);
 
 /// "12.3 s", "4 min 10 s", "2 h 3 min".

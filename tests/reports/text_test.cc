@@ -48,6 +48,7 @@ TEST(TextTest, Numbers) {
   EXPECT_EQ(NumberText(0), "0");
   EXPECT_EQ(NumberText(NAN), "—");
   EXPECT_EQ(ValueText(900, "Pa"), "900 Pa");
+  EXPECT_EQ(ValueText(0.5235988, "rad"), "30 deg");
 }
 
 TEST(TextTest, Durations) {
