@@ -16,9 +16,12 @@ for (const {sweep, cases} of report.sweeps) {
   for (const {setting, point, responses} of cases) {
     for (const [response, value] of Object.entries(responses)) {
       if (!value || (wanted.length && !wanted.includes(response))) continue;
+      // Without a setting it is the points that are compared.
+      const own = !setting;
       rows.push({
-        sweep, setting, response, mean: value.mean, low: value.mean - value.sd, high: value.mean + value.sd,
-        point: `k = ${point.k} J/m³, μr = ${point.mu_r}`,
+        sweep: own ? 'k [J/m³]' : sweep, setting: own ? `${point.k}` : setting, response,
+        mean: value.mean, low: value.mean - value.sd, high: value.mean + value.sd,
+        point: own ? `μr = ${point.mu_r}` : `k = ${point.k} J/m³, μr = ${point.mu_r}`,
       });
     }
   }
@@ -33,7 +36,7 @@ const cell = (response, sweep, first, last) => {
     axis: {title: last ? sweep : null, labels: last, labelAngle: 0, labelLimit: 80},
   };
   const colour = {
-    field: 'point', type: 'nominal', legend: {title: null, orient: 'top'},
+    field: 'point', type: 'nominal', legend: {title: null, orient: 'top', labelLimit: 0},
     scale: {range: ['#0b5cad', '#c2410c', '#2f7d32']},
   };
   const y = (field) => ({

@@ -91,7 +91,14 @@ std::vector<Sweep> SweepsOf(const std::string& experiment) {
     add(Vary("cell", "cell", {"periodic", "platens"}));
     add({"cell of 3000",
          {{"periodic", kMany}, {"platens", With(kMany, "{EXPERIMENT}.cell", "platens")}}});
-    add(Vary("preshear", "preshear", {"3 kPa", "9 kPa", "27 kPa"}));
+    const auto load = [](const char* preshear, const char* normal_stresses) {
+      return Setting{
+          preshear,
+          {{"{EXPERIMENT}.preshear", preshear}, {"{EXPERIMENT}.normal_stresses", normal_stresses}}};
+    };
+    add({"load",
+         {load("3 kPa", "[1 kPa, 1.7 kPa, 2.3 kPa]"), load("9 kPa", "[3 kPa, 5 kPa, 7 kPa]"),
+          load("27 kPa", "[9 kPa, 15 kPa, 21 kPa]")}});
     add(VaryStudy("friction", "material.friction.particle", {"0.15", "0.3", "0.45"}));
     add({"cdt: time step [Rayleigh times]",
          {{"0.1", With(kChatter, "numerics.rayleigh_fraction", "0.1")},

@@ -1,7 +1,7 @@
 // Does a calibration find the parameters behind its observations, and which experiments does it
 // take? The observations of twin_joint and twin_consolidation_only were made by the embedded engine
 // at known parameters (`--observe` repeats them); their studies are run here with several optimizer
-// seeds, each from nothing. See docs/validation/twin.md.
+// seeds, each from nothing. The observations' scatter: docs/validation/protocols.md.
 
 #include <fmt/format.h>
 #include <unistd.h>

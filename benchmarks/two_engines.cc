@@ -1,6 +1,6 @@
 // The embedded engine against LIGGGHTS, experiment by experiment: difference of the means over
 // particle seeds with its 95 % confidence interval (Welch 1947). Both engines run the same
-// programs. See docs/validation/two_engines.md.
+// programs. See docs/validation/experiments_liggghts.md.
 
 #include <fmt/format.h>
 
@@ -160,6 +160,8 @@ int main(int argc, char** argv) {
   program.add_option("--points", options.points, "k and mu_r, pair after pair");
   program.add_option("--study", options.campaign.study, "shipped study")->capture_default_str();
   program.add_option("--seeds", options.campaign.seeds, "particle seeds of each case")
+      ->capture_default_str();
+  program.add_option("--first-seed", options.campaign.first_seed, "the first of them")
       ->capture_default_str();
   program.add_option("--parallel", options.campaign.parallel, "simulations at a time")
       ->capture_default_str();
