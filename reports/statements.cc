@@ -396,7 +396,7 @@ std::vector<std::string> Caveats(const StudyResults& results) {
                                  : group.ratio ? fmt::format("{} times the laboratory's value",
                                                              NumberText(*group.ratio, 3))
                                                : std::string("not the laboratory's value");
-      caveats.push_back(fmt::format("{}, {}: {}", Capitalised(table.experiment),
+      caveats.push_back(fmt::format("{}, {}: {}", Capitalised(ReadableName(table.experiment)),
                                     SymbolText(group.symbol), WithFullStop(remark)));
     }
   }
