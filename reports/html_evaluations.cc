@@ -21,6 +21,12 @@ std::string Header(const std::string& markup, bool number, std::string_view unit
 }
 
 // data-sort holds the exact number, for sorting and for whoever wants more digits.
+// The simulated value in its display unit.
+std::optional<double> Displayed(const ResponseResult& response) {
+  if (!response.simulated) return std::nullopt;
+  return *response.simulated * DisplayUnitOf(response.unit).per_si;
+}
+
 std::string NumberCell(std::optional<double> value, int digits, const std::string& suffix = "") {
   if (!value || !std::isfinite(*value)) return "<td class=\"number\" data-sort=\"\">—</td>";
   return fmt::format("<td class=\"number\" data-sort=\"{}\">{}{}</td>", *value,
@@ -58,11 +64,12 @@ std::string EvaluationRow(const StudyResults& results, const EvaluationResult& e
       continue;
     }
     const ResponseResult& response = evaluation.responses[i];
-    html +=
-        NumberCell(response.simulated, 4,
-                   response.replicates > 1 ? fmt::format(" <span class=\"muted small\">± {}</span>",
-                                                         H(NumberText(response.seed_sd, 2)))
-                                           : "");
+    const double sd = response.seed_sd * DisplayUnitOf(response.unit).per_si;
+    html += NumberCell(
+        Displayed(response), 4,
+        response.replicates > 1
+            ? fmt::format(" <span class=\"muted small\">± {}</span>", H(NumberText(sd, 2)))
+            : "");
   }
   html += NumberCell(evaluation.chi2, 3);
   html += fmt::format("<td>{}</td>", OutcomeTag(evaluation.outcome));
@@ -113,7 +120,7 @@ std::string FrontRow(const StudyResults& results, const EvaluationResult& evalua
     html += NumberCell(evaluation.parameters.at(parameter.name), 5);
   }
   for (const ResponseResult& response : evaluation.responses) {
-    html += NumberCell(response.simulated, 4);
+    html += NumberCell(Displayed(response), 4);
   }
   return html + "</tr>\n";
 }
@@ -225,7 +232,7 @@ std::string EvaluationsSection(const StudyResults& results) {
     html += Header(SymbolHtml(parameter.symbol), true, parameter.unit);
   }
   for (const ResponseResult& target : targets) {
-    html += Header(H(ReadableName(target.name)), true, target.unit);
+    html += Header(H(ReadableName(target.name)), true, DisplayUnitOf(target.unit).name);
   }
   html += Header("χ²", true) + Header("outcome", false) + Header("proposed by", false) +
           Header("wall (s)", true) + Header("message", false) + "</tr></thead><tbody>\n";

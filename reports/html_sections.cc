@@ -66,7 +66,8 @@ std::string SimulatedCell(const ResponseResult& response) {
       fmt::format("<span class=\"value\">{}</span>", Value(*response.simulated, response.unit));
   if (response.replicates > 1) {
     text += fmt::format("<br><span class=\"small muted\">± {} over {} seeds</span>",
-                        H(NumberText(response.seed_sd, 2)), response.replicates);
+                        H(NumberText(response.seed_sd * DisplayUnitOf(response.unit).per_si, 2)),
+                        response.replicates);
   }
   return text;
 }
