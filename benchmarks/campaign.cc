@@ -25,19 +25,9 @@ struct Prepared {
 
 Prepared Prepare(const Case& item, const CampaignOptions& options) {
   Prepared prepared;
-  prepared.study = std::make_unique<Study>(
-      Study::Load(fmt::format("{}/studies/library/{}.yaml", POWDERCAL_SOURCE_DIR, options.study),
-                  item.overrides));
+  prepared.study = std::make_unique<Study>(LoadShipped(options.study, item.overrides));
   prepared.planner = std::make_unique<Planner>(*prepared.study);
-  const std::vector<StudyExperiment>& experiments = prepared.study->experiments;
-  while (prepared.experiment < experiments.size() &&
-         experiments[prepared.experiment].experiment->name() != item.experiment) {
-    ++prepared.experiment;
-  }
-  if (prepared.experiment == experiments.size()) {
-    throw std::invalid_argument(
-        fmt::format("study '{}' has no experiment '{}'", options.study, item.experiment));
-  }
+  prepared.experiment = IndexOf(*prepared.study, item.experiment);
   return prepared;
 }
 
@@ -58,6 +48,23 @@ void Add(const LedgerRun& run, Sample& sample) {
 }
 
 }  // namespace
+
+Study LoadShipped(const std::string& name, const Overrides& overrides) {
+  return Study::Load(fmt::format("{}/studies/library/{}.yaml", POWDERCAL_SOURCE_DIR, name),
+                     overrides);
+}
+
+std::size_t IndexOf(const Study& study, const std::string& experiment) {
+  for (std::size_t i = 0; i < study.experiments.size(); ++i) {
+    if (study.experiments[i].name() == experiment) return i;
+  }
+  throw std::invalid_argument(
+      fmt::format("study '{}' has no experiment '{}'", study.name, experiment));
+}
+
+std::string SectionOf(const Study& study, const std::string& experiment) {
+  return fmt::format("experiments[{}].{}", IndexOf(study, experiment), experiment);
+}
 
 std::vector<Sample> RunCampaign(std::span<const Case> cases, const CampaignOptions& options) {
   const fs::path folder = fs::temp_directory_path() / fmt::format("campaign-{}", getpid());

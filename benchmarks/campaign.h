@@ -34,6 +34,13 @@ struct CampaignOptions {
   double time_limit = 900;  ///< [s] of one run
 };
 
+/// The study of that name in studies/library/. Throws InputError.
+Study LoadShipped(const std::string& name, const Overrides& overrides = {});
+/// Index into Study::experiments. Throws std::invalid_argument if it is not there.
+std::size_t IndexOf(const Study& study, const std::string& experiment);
+/// Path of the experiment's section, for overrides: "experiments[1].shear".
+std::string SectionOf(const Study& study, const std::string& experiment);
+
 /// Runs all seeds of all cases, several at a time; says on standard error how far it is.
 std::vector<Sample> RunCampaign(std::span<const Case> cases, const CampaignOptions& options);
 

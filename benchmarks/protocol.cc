@@ -30,18 +30,6 @@ struct Sweep {
   std::vector<Setting> settings;
 };
 
-// Index of an experiment in the study.
-std::string PathOf(const std::string& study, const std::string& experiment) {
-  const Study loaded =
-      Study::Load(fmt::format("{}/studies/library/{}.yaml", POWDERCAL_SOURCE_DIR, study));
-  for (std::size_t i = 0; i < loaded.experiments.size(); ++i) {
-    if (loaded.experiments[i].experiment->name() == experiment) {
-      return fmt::format("experiments[{}].{}", i, experiment);
-    }
-  }
-  throw std::invalid_argument("no experiment '" + experiment + "' in study " + study);
-}
-
 // One option of the experiment, at several values.
 Sweep Vary(const char* name, const char* option, const std::vector<const char*>& values) {
   Sweep sweep{.name = name, .settings = {}};
@@ -150,7 +138,7 @@ struct Options {
 };
 
 json Run(const Options& options) {
-  const std::string path = PathOf(options.campaign.study, options.experiment);
+  const std::string path = SectionOf(LoadShipped(options.campaign.study), options.experiment);
   std::vector<Case> cases;
   json sweeps = json::array();
   std::vector<std::pair<json*, std::size_t>> places;

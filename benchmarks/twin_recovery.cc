@@ -69,8 +69,7 @@ Recovery Recover(const std::string& name, int seed, const fs::path& folder,
   Overrides overrides = {{"seed", std::to_string(seed)},
                          {"budget.parallel", std::to_string(options.parallel)}};
   if (options.evaluations) overrides["budget.evaluations"] = std::to_string(*options.evaluations);
-  Study study =
-      Study::Load(fmt::format("{}/studies/library/{}.yaml", POWDERCAL_SOURCE_DIR, name), overrides);
+  Study study = LoadShipped(name, overrides);
   StudyRunner(study, {.folder = folder}).Run();
   const StudyResults results =
       CollectResults(study, Ledger(folder / "ledger.sqlite", Ledger::Mode::read_write));
@@ -122,7 +121,7 @@ json Summarise(const std::vector<Recovery>& runs) {
 // The observations: means over particle seeds that no study uses.
 void Observe(const Options& options) {
   std::vector<Case> cases;
-  const Study study = Study::Load(POWDERCAL_SOURCE_DIR "/studies/library/twin_joint.yaml");
+  const Study study = LoadShipped("twin_joint");
   for (const StudyExperiment& entry : study.experiments) {
     cases.push_back({.name = entry.experiment->name(),
                      .experiment = entry.experiment->name(),

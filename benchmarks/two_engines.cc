@@ -61,15 +61,6 @@ struct Options {
   bool as_json = false;
 };
 
-std::string Section(const Study& study, const std::string& experiment) {
-  for (std::size_t i = 0; i < study.experiments.size(); ++i) {
-    if (study.experiments[i].experiment->name() == experiment) {
-      return fmt::format("experiments[{}].{}.", i, experiment);
-    }
-  }
-  throw std::invalid_argument("the study has no experiment " + experiment);
-}
-
 json Row(const std::string& experiment, const std::string& response, double cohesion,
          double rolling, const Sample& embedded, const Sample& liggghts) {
   json row = {
@@ -108,20 +99,20 @@ void Print(const json& row) {
 }
 
 json Run(const Options& options) {
-  const Study study = Study::Load(
-      fmt::format("{}/studies/library/{}.yaml", POWDERCAL_SOURCE_DIR, options.campaign.study));
+  const Study study = LoadShipped(options.campaign.study);
   std::vector<Case> cases;
   std::vector<std::pair<const Experiment*, std::size_t>> order;  // with the index of the point
   for (const Experiment& experiment : Experiments()) {
     if (std::ranges::find(options.experiments, experiment.name) == options.experiments.end()) {
       continue;
     }
+    const std::string section = SectionOf(study, experiment.name);
     for (std::size_t p = 0; p + 1 < options.points.size(); p += 2) {
       order.emplace_back(&experiment, p);
       for (const char* backend : {"embedded", "liggghts"}) {
         Overrides overrides = {{"backend.name", backend}};
         for (const auto& [key, value] : experiment.overrides) {
-          overrides[Section(study, experiment.name) + key] = value;
+          overrides[fmt::format("{}.{}", section, key)] = value;
         }
         cases.push_back({.name = fmt::format("{} {}", experiment.name, backend),
                          .experiment = experiment.name,
