@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <functional>
 
@@ -60,16 +61,17 @@ Statistics Over(const std::vector<double>& values) {
   return {mean, std::sqrt(squares / (n - 1) / n)};
 }
 
-using Layers = std::map<std::string, std::vector<double>>;
+// Values over seeds, by response.
+using Responses = std::map<std::string, std::vector<double>>;
 
-Layers Spread(const Map& map) {
+Responses Spread(const Map& map) {
   const auto spreading =
       WithOptions<Spreading>("{sweep: 0.7 mm, width: 0.16 mm, blade_speed: 50 mm/s}");
   SimulatedPowder powder = EqualSpheres();
   powder.law.cohesion = ContactLaw::Cohesion::sjkr2;
   powder.materials.particle_particle.cohesion_energy_density = 15'000;
   powder.materials.particle_wall.cohesion_energy_density = 15'000;
-  Layers layers;
+  Responses responses;
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     const Program program = PlanOf(spreading, powder, Fidelity::quick, seed);
     Trace trace = RunOk(Transformed(program, map));
@@ -77,29 +79,112 @@ Layers Spread(const Map& map) {
     Outcome outcome;
     const Measurement measured = spreading.Measure(program, trace, &outcome);
     for (const char* response : {"coverage", "packing_density", "swept_share"}) {
-      layers[response].push_back(measured.responses.at(response).value);
+      responses[response].push_back(measured.responses.at(response).value);
     }
   }
-  return layers;
+  return responses;
+}
+
+// 3.2 is the 99 % quantile of Student's t for ten degrees of freedom.
+void ExpectAlike(const std::string& what, const Responses& plain, const Responses& other) {
+  for (const auto& [response, values] : plain) {
+    const Statistics a = Over(values);
+    const Statistics b = Over(other.at(response));
+    const double error = std::hypot(a.error, b.error);
+    Measured(what + " " + response + ", difference in standard errors", (b.mean - a.mean) / error);
+    EXPECT_LT(std::abs(b.mean - a.mean), 3.2 * error)
+        << what << " " << response << ": " << a.mean << " and " << b.mean;
+    EXPECT_LT(error, 0.1 * std::abs(a.mean)) << "too much scatter to tell";
+  }
 }
 
 TEST(Symmetry, SpreadingKnowsNeitherLeftNorRightNorTheAxis) {
-  const Layers plain = Spread([](const Vector3& v) { return v; });
-  for (const auto& [name, map] : {std::pair<std::string, Map>{"mirrored", Mirrored},
-                                  std::pair<std::string, Map>{"exchanged", Exchanged}}) {
-    const Layers other = Spread(map);
-    for (const auto& [response, values] : plain) {
-      const Statistics a = Over(values);
-      const Statistics b = Over(other.at(response));
-      const double error = std::hypot(a.error, b.error);
-      Measured(name + " " + response + ", difference in standard errors",
-               (b.mean - a.mean) / error);
-      // 3.2 is the 99 % quantile of Student's t for ten degrees of freedom.
-      EXPECT_LT(std::abs(b.mean - a.mean), 3.2 * error)
-          << name << " " << response << ": " << a.mean << " and " << b.mean;
-      EXPECT_LT(error, 0.1 * a.mean) << "too much scatter to tell";
+  const Responses plain = Spread([](const Vector3& v) { return v; });
+  ExpectAlike("mirrored", plain, Spread(Mirrored));
+  ExpectAlike("exchanged", plain, Spread(Exchanged));
+}
+
+constexpr int kCount = 500;
+constexpr double kStress = 900;  // [Pa]
+
+// A periodic cube of cohesive, rolling-resistant spheres; one edge is under stress.
+Program Cell(std::uint64_t seed, std::size_t loaded) {
+  Program program = Vacuum({}, 4e-7);
+  const double edge = std::cbrt(kCount * kPi / 6 * std::pow(2 * kRadius, 3) / 0.32);
+  program.particles = {.sizes = {.mean = 2 * kRadius}, .count = kCount, .seed = seed};
+  program.law.cohesion = ContactLaw::Cohesion::sjkr2;
+  program.law.rolling = ContactLaw::Rolling::epsd2;
+  SetContact(program, {.restitution = 0.4,
+                       .friction = 0.3,
+                       .rolling_friction = 0.2,
+                       .cohesion_energy_density = 10'000});
+  program.domain = {
+      {0, 0, 0}, {edge, edge, edge}, {Boundary::periodic, Boundary::periodic, Boundary::periodic}};
+  Deform deform;
+  deform.edges[loaded] = {EdgeControl::Kind::stress, kStress};
+  program.stages = {Insert{0, edge, {}}, deform};
+  return program;
+}
+
+double InertialTime() { return 2 * kRadius * std::sqrt(kDensity / kStress); }
+
+double VoidRatio(const Moment& moment) {
+  const Vector3 lengths = moment.cell->upper - moment.cell->lower;
+  return lengths[0] * lengths[1] * lengths[2] / (kCount * kPi / 6 * std::pow(2 * kRadius, 3)) - 1;
+}
+
+// Sheared to a steady state; `sign` turns the direction around.
+Responses Sheared(double sign) {
+  Responses responses;
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    Program program = Cell(seed, 2);
+    auto& deform = std::get<Deform>(program.stages.back());
+    constexpr double kInertialNumber = 0.01;
+    constexpr double kStrain = 2;
+    deform.shear_rate = sign * kInertialNumber / InertialTime();
+    deform.duration = kStrain / std::abs(deform.shear_rate);
+    const Trace trace = RunOk(program);
+    double shear = 0;
+    double normal = 0;
+    for (std::size_t i = trace.cell.time.size() / 2; i < trace.cell.time.size(); ++i) {
+      shear += trace.cell.stress[i][0][2];
+      normal += trace.cell.stress[i][2][2];
     }
+    responses["stress ratio"].push_back(-sign * shear / normal);
+    responses["void ratio"].push_back(VoidRatio(trace.moments.back()));
   }
+  return responses;
+}
+
+TEST(Symmetry, ShearKnowsNeitherLeftNorRight) {
+  ExpectAlike("mirrored", Sheared(1), Sheared(-1));
+}
+
+// Pressed along one axis, the others kept; without gravity all axes are alike.
+Responses Pressed(std::size_t axis) {
+  Responses responses;
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    Program program = Cell(seed, axis);
+    auto& deform = std::get<Deform>(program.stages.back());
+    deform.relaxation_rate = 4e-3 / InertialTime();
+    deform.duration = 80 * InertialTime();
+    const Trace trace = RunOk(program);
+    const std::array<Vector3, 3>& stress = trace.moments.back().cell->stress;
+    EXPECT_NEAR(stress[axis][axis] / kStress, 1, 0.05) << "seed " << seed;
+    double lateral = 0;
+    for (std::size_t other = 0; other < 3; ++other) {
+      if (other != axis) lateral += 0.5 * stress[other][other] / stress[axis][axis];
+    }
+    responses["void ratio"].push_back(VoidRatio(trace.moments.back()));
+    responses["lateral stress ratio"].push_back(lateral);
+  }
+  return responses;
+}
+
+TEST(Symmetry, CompactionKnowsNoAxis) {
+  const Responses along_z = Pressed(2);
+  ExpectAlike("along x", along_z, Pressed(0));
+  ExpectAlike("along y", along_z, Pressed(1));
 }
 
 }  // namespace
