@@ -102,20 +102,6 @@ std::vector<Sample> RunCampaign(std::span<const Case> cases, const CampaignOptio
   return samples;
 }
 
-double Mean(const std::vector<double>& values) {
-  double sum = 0;
-  for (const double value : values) sum += value;
-  return sum / static_cast<double>(values.size());
-}
-
-double StandardDeviation(const std::vector<double>& values) {
-  if (values.size() < 2) return 0;
-  const double mean = Mean(values);
-  double sum = 0;
-  for (const double value : values) sum += (value - mean) * (value - mean);
-  return std::sqrt(sum / static_cast<double>(values.size() - 1));
-}
-
 nlohmann::json Statistics(const std::vector<double>& values) {
   if (values.empty()) return nullptr;
   return {{"mean", Mean(values)}, {"sd", StandardDeviation(values)}, {"n", values.size()}};

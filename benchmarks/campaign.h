@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "benchmarks/statistics.h"
 #include "studies/study.h"
 
 namespace powdercal::benchmarks {
@@ -43,10 +44,6 @@ std::string SectionOf(const Study& study, const std::string& experiment);
 
 /// Runs all seeds of all cases, several at a time; says on standard error how far it is.
 std::vector<Sample> RunCampaign(std::span<const Case> cases, const CampaignOptions& options);
-
-double Mean(const std::vector<double>& values);
-/// Of the values themselves, divisor n − 1; 0 for fewer than two.
-double StandardDeviation(const std::vector<double>& values);
 
 /// {"mean": …, "sd": …, "n": …}; null without values.
 nlohmann::json Statistics(const std::vector<double>& values);

@@ -21,11 +21,13 @@
 
 #include "backends/embedded/stages.h"
 #include "backends/liggghts/liggghts.h"
+#include "benchmarks/statistics.h"
 #include "core/process.h"
 
 namespace {
 
 using namespace powdercal;
+using benchmarks::Median;
 namespace fs = std::filesystem;
 
 // The seed paper's powder at its strongest cohesion.
@@ -57,13 +59,6 @@ int Quit(const std::string& message) {
 }
 
 void Say(const std::string& message) { fmt::print(stderr, "{}\n", message); }
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  std::sort(values.begin(), values.end());
-  const std::size_t half = values.size() / 2;
-  return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
-}
 
 template <typename Enum>
 Enum Named(std::span<const std::string> names, const std::string& name) {

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "benchmarks/statistics.h"
 #include "core/files.h"
 #include "studies/runner.h"
 
@@ -57,12 +58,6 @@ int Evaluations(const Method& method, int seed, int budget, const fs::path& fold
   return results.total + (std::string(method.name) == "random" ? kInitialCases : 0);
 }
 
-double Median(std::vector<int> values) {
-  std::sort(values.begin(), values.end());
-  const std::size_t middle = values.size() / 2;
-  return values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -82,10 +77,11 @@ int main(int argc, char** argv) {
     for (int seed = 1; seed <= seeds; ++seed) {
       counts.push_back(Evaluations(method, seed, budget, folder));
     }
-    results[method.name] = {{"median", Median(counts)},
+    const double median = benchmarks::Median({counts.begin(), counts.end()});
+    results[method.name] = {{"median", median},
                             {"worst", *std::max_element(counts.begin(), counts.end())},
                             {"evaluations", counts}};
-    if (!json) fmt::print("{:17} median {:g}\n", method.name, Median(counts));
+    if (!json) fmt::print("{:17} median {:g}\n", method.name, median);
   }
   if (json) fmt::print("{}\n", results.dump(2));
 }

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "benchmarks/campaign.h"
+#include "core/errors.h"
 #include "studies/runner.h"
 
 namespace {
@@ -57,13 +58,6 @@ struct Recovery {
   }
 };
 
-double Median(std::vector<double> values) {
-  if (values.empty()) return NAN;
-  std::sort(values.begin(), values.end());
-  const std::size_t half = values.size() / 2;
-  return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
-}
-
 Recovery Recover(const std::string& name, int seed, const fs::path& folder,
                  const Options& options) {
   Overrides overrides = {{"seed", std::to_string(seed)},
@@ -93,12 +87,14 @@ json Summarise(const std::vector<Recovery>& runs) {
   std::vector<double> cohesion;
   std::vector<double> rolling;
   std::vector<double> found;
+  std::vector<double> costs;
   json list = json::array();
   int recovered = 0;
   for (const Recovery& run : runs) {
     cohesion.push_back(run.CohesionError());
     rolling.push_back(run.RollingError());
     found.push_back(run.rolling);
+    costs.push_back(run.simulation_seconds / run.evaluations);
     recovered += run.Recovered() ? 1 : 0;
     list.push_back({{"seed", run.seed},
                     {"k", run.cohesion},
@@ -113,6 +109,7 @@ json Summarise(const std::vector<Recovery>& runs) {
       {"k_rel_error", {{"median", Median(cohesion)}, {"max", *std::ranges::max_element(cohesion)}}},
       {"mu_r_error", {{"median", Median(rolling)}, {"max", *std::ranges::max_element(rolling)}}},
       {"mu_r_sd", StandardDeviation(found)},
+      {"simulation_s_per_evaluation", Median(costs)},
       {"recovered", recovered},
       {"of", runs.size()},
       {"runs", list}};
@@ -136,9 +133,7 @@ void Observe(const Options& options) {
   fmt::print("{}\n", report.dump(2));
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int Run(int argc, char** argv) {
   CLI::App program{"Recovery of known parameters by the twin studies"};
   Options options;
   bool observe = false;
@@ -182,7 +177,23 @@ int main(int argc, char** argv) {
           summary["mu_r_error"]["median"].get<double>(), summary["mu_r_sd"].get<double>());
     }
   }
+  if (report.contains("joint") && report.contains("consolidation_only")) {
+    report["mu_r_sd_ratio"] = report["consolidation_only"]["mu_r_sd"].get<double>() /
+                              report["joint"]["mu_r_sd"].get<double>();
+  }
   if (options.as_json) fmt::print("{}\n", report.dump(2));
   std::error_code ignored;
   if (options.keep.empty()) fs::remove_all(folder, ignored);
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return Run(argc, argv);
+  } catch (const InputError& error) {
+    fmt::print(stderr, "error: {}\n", error.what());
+    return 2;
+  }
 }

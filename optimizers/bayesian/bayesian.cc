@@ -277,30 +277,29 @@ GaussianProcess Bayesian::FitProcess(const Series& series, double fallback_scale
 void Bayesian::FitResponses(const Scalarisation& scalarisation,
                             std::vector<GaussianProcess>* processes,
                             Acquisition::Objective* objective) const {
-  const std::vector<Target>& targets = objectives_.targets;
-  objective->composite = true;
-  objective->targets.resize(static_cast<Eigen::Index>(targets.size()));
-  objective->weights.resize(objective->targets.size());
-  for (std::size_t j = 0; j < targets.size(); ++j) {
+  std::vector<double> targets;
+  std::vector<double> weights;
+  for (std::size_t j = 0; j < objectives_.targets.size(); ++j) {
+    const Target& target = objectives_.targets[j];
     const auto index = static_cast<Eigen::Index>(j);
     Series series;
     for (const auto& [id, observation] : observations_) {
       if (observation.failed || std::isnan(observation.responses[index])) continue;
       series.Add(observation.point, observation.responses[index], observation.variances[index]);
     }
-    if (series.values.size() < kMinObservations) {
-      processes->clear();
-      return;
-    }
+    // A response that has not been seen yet waits; the others go on.
+    if (series.values.size() < kMinObservations) continue;
     // As in ChiSquared, with one weight for all points.
-    objective->targets[index] = targets[j].value;
-    objective->weights[index] = scalarisation.weights[targets[j].objective] /
-                                (targets[j].sd * targets[j].sd + Median(series.variances));
+    targets.push_back(target.value);
+    weights.push_back(scalarisation.weights[target.objective] /
+                      (target.sd * target.sd + Median(series.variances)));
     // If all values are equal they differ from the target by the scale that matters.
-    const double scale =
-        std::max(std::abs(series.values.front() - targets[j].value), targets[j].sd);
+    const double scale = std::max(std::abs(series.values.front() - target.value), target.sd);
     processes->push_back(FitProcess(series, scale));
   }
+  objective->composite = true;
+  objective->targets = Vector(targets);
+  objective->weights = Vector(weights);
 }
 
 void Bayesian::FitObjective(std::vector<GaussianProcess>* processes,

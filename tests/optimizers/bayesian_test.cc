@@ -209,6 +209,23 @@ TEST(BayesianTest, SingleResponsesMayBeMissing) {
   }
 }
 
+TEST(BayesianTest, AResponseThatNeverCameDoesNotStopTheOthers) {
+  const auto response = [](const Eigen::VectorXd& x) {
+    Eigen::VectorXd values = TwoResponses(x);
+    values[0] = kNaN;
+    return values;
+  };
+  const auto optimizer =
+      MakeBayesian({.acquisition = BayesianOptions::Acquisition::composite_log_ei}, UnitBox(2),
+                   JointTargets({0.48, 0.51}, 0.01), 1);
+  double best = 1e300;
+  for (const Observation& observation : RunSerially(optimizer.get(), response, 15)) {
+    best = std::min(best, std::abs(observation.responses[1] - 0.51));
+  }
+  EXPECT_LT(best, 0.01);
+  EXPECT_EQ(optimizer->Ask(1)[0].origin, "composite_log_ei");
+}
+
 TEST(BayesianTest, TellingAgainReplaces) {
   const Objectives objectives = JointTargets({0.48, 0.51}, 0.01);
   const auto corrected = MakeBayesian({}, UnitBox(2), objectives, 3);
