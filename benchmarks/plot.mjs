@@ -11,16 +11,21 @@ if (!target) {
 }
 const report = JSON.parse(readFileSync(source, 'utf8'));
 
+const degrees = (response) => report.units?.[response] === 'rad';
+const title = (response) => response.replaceAll('_', ' ') + (degrees(response) ? ' [°]' : '');
+
 const rows = [];
 for (const {sweep, cases} of report.sweeps) {
+  if (report.sweeps.length > 1 && cases.length === 1) continue; // nothing to compare
   for (const {setting, point, responses} of cases) {
     for (const [response, value] of Object.entries(responses)) {
       if (!value || (wanted.length && !wanted.includes(response))) continue;
       // Without a setting it is the points that are compared.
       const own = !setting;
+      const factor = degrees(response) ? 180 / Math.PI : 1;
       rows.push({
         sweep: own ? 'k [J/m³]' : sweep, setting: own ? `${point.k}` : setting, response,
-        mean: value.mean, low: value.mean - value.sd, high: value.mean + value.sd,
+        mean: factor * value.mean, low: factor * (value.mean - value.sd), high: factor * (value.mean + value.sd),
         point: own ? `μr = ${point.mu_r}` : `k = ${point.k} J/m³, μr = ${point.mu_r}`,
       });
     }
@@ -41,7 +46,7 @@ const cell = (response, sweep, first, last) => {
   };
   const y = (field) => ({
     field, type: 'quantitative', scale: {zero: false},
-    axis: {title: first ? response.replaceAll('_', ' ') : null, tickCount: 4, format: '~g'},
+    axis: {title: first ? title(response) : null, tickCount: 4, format: '~g', minExtent: 34},
   });
   return {
     width: 190, height: 110, data: {values},

@@ -138,7 +138,8 @@ struct Options {
 };
 
 json Run(const Options& options) {
-  const std::string path = SectionOf(LoadShipped(options.campaign.study), options.experiment);
+  const Study study = LoadShipped(options.campaign.study);
+  const std::string path = SectionOf(study, options.experiment);
   std::vector<Case> cases;
   json sweeps = json::array();
   std::vector<std::pair<json*, std::size_t>> places;
@@ -173,7 +174,13 @@ json Run(const Options& options) {
     }
     sweeps.push_back({{"sweep", sweep.name}, {"cases", std::move(entries)}});
   }
+  json units = json::object();
+  const StudyExperiment& entry = study.experiments[IndexOf(study, options.experiment)];
+  for (const ResponseDescription& response : entry.experiment->responses()) {
+    units[response.name] = response.unit;
+  }
   return {{"experiment", options.experiment},
+          {"units", std::move(units)},
           {"study", options.campaign.study},
           {"backend", options.backend},
           {"seeds", options.campaign.seeds},
