@@ -47,6 +47,7 @@ void AddList(CLI::App& program, int& status);
 void AddReport(CLI::App& program, int& status);
 void AddResume(CLI::App& program, int& status);
 void AddRun(CLI::App& program, int& status);
+void AddScale(CLI::App& program, int& status);
 void AddSimulate(CLI::App& program, int& status);
 
 /// Writes the reports into the run folder, and prints results.json or the summary.
