@@ -23,6 +23,9 @@ constexpr Entry kEntries[] = {
      "(docs/validation/sensitivity.md: 7.3 per ln k)"},
     {"consolidation", "W/(m g d)", false, kMatchFactor,
      "a bed that is loaded slowly feels the pull-off force, not the work of separation"},
+    {"consolidation", "F_w/F_c", false, kMatchFactor,
+     "only the layers at floor and lid feel it, and the void ratio is taken away from them"},
+    {"shear", "F_w/F_c", false, kMatchFactor, "the powder shears against itself, not along a wall"},
     {"shear", "F_c/(sigma d^2)", true, 1.2,
      "a factor of 1.2 moves the void ratio in steady state by one standard deviation between seeds "
      "(docs/validation/sensitivity.md: 14.4 per ln k)"},

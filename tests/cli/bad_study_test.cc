@@ -161,7 +161,7 @@ INSTANTIATE_TEST_SUITE_P(
                    {"scaling 'exact' of consolidation", "above the powder's (200 GPa)"}},
         BadScaling{"exact", {"s.yaml:19:10: scaling: missing key 'young_modulus'"}},
         BadScaling{"{mode: exact, young_modulus: -5 MPa}",
-                   {"s.yaml:19:38: scaling.young_modulus: must be above 0 Pa (found '-5 MPa')"}},
+                   {"s.yaml:19:39: scaling.young_modulus: must be above 0 Pa (found '-5 MPa')"}},
         BadScaling{"{mode: exact, young_modulus: 0 Pa}", {"must be above 0 Pa (found '0 Pa')"}},
         BadScaling{"{mode: exact, young_modulus: 5 mm}", {"expected a pressure", "got a length"}},
         BadScaling{"{mode: rigid_limit, kapa: 1000}",

@@ -424,6 +424,9 @@ TEST(Relevance, DependsOnTheTest) {
   EXPECT_EQ(verdict("shear", "F_c/(sigma d^2)"), Verdict::warn);
   EXPECT_EQ(verdict("angle_of_repose", "W/(m g d)"), Verdict::warn);
   EXPECT_EQ(verdict("consolidation", "W/(m g d)"), Verdict::ok);
+  simulation.cohesion_energy_density = 1e6;
+  EXPECT_EQ(verdict("spreading", "F_w/F_c"), Verdict::warn);
+  EXPECT_EQ(verdict("shear", "F_w/F_c"), Verdict::ok);
 }
 
 TEST(Walls, Sjkr2HoldsHalfAsMuchThereAndDmtTwiceAsMuch) {

@@ -127,6 +127,16 @@ TEST(RigidLimit, LowersTheModulusToTheFloor) {
   EXPECT_NEAR(*stiffer.cohesion_energy_density, 2.77e6, 0.01e6);
 }
 
+// docs/scaling.md: at equal pull-off force and E, SJKR2 has four times the work of separation.
+TEST(Cohesion, EqualForceIsNotEqualWork) {
+  const auto scaling = Read("scaling: {mode: exact, young_modulus: 200 GPa}");
+  const Conditions sjkr2 = scaling->ToSimulation(HastelloyX(Conditions::Cohesion::sjkr2));
+  const Conditions dmt = scaling->ToSimulation(HastelloyX(Conditions::Cohesion::dmt));
+  EXPECT_NEAR(Ratio("Bo", dmt, sjkr2), 1, 1e-12);
+  EXPECT_NEAR(Ratio("W/(m g d)", dmt, sjkr2), 4.02, 0.005);
+  EXPECT_EQ(Ratio("F_w/F_c", dmt, sjkr2), 0.25);
+}
+
 TEST(RigidLimit, OneModulusServesAllTestsAndIsNeverAboveThePowders) {
   Conditions light = HastelloyX();
   light.stress = 1e3;
