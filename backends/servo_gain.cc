@@ -50,6 +50,11 @@ double HertzDamping(const Program& program, const Servo& servo, double d, double
   return 2 * std::sqrt(5.0 / 6.0) * beta * std::sqrt(stiffness * mass);
 }
 
+double Damping(const Program& program, const Servo& servo, double d, double force) {
+  return program.law.normal == ContactLaw::Normal::linear ? program.materials.linear.normal_damping
+                                                          : HertzDamping(program, servo, d, force);
+}
+
 }  // namespace
 
 double ServoSpeed(const Program& program, const Servo& servo) {
@@ -57,11 +62,18 @@ double ServoSpeed(const Program& program, const Servo& servo) {
   const double area = program.domain.BaseArea();
   const double contacts = 0.5 * area / (d * d);
   const double force = servo.stress * area;
-  const double damping = program.law.normal == ContactLaw::Normal::linear
-                             ? program.materials.linear.normal_damping
-                             : HertzDamping(program, servo, d, force / contacts);
+  const double damping = Damping(program, servo, d, force / contacts);
   if (damping == 0) return servo.max_velocity;
   return std::min(servo.max_velocity, 0.3 * force / (contacts * damping));
+}
+
+double ServoGain(const Program& program, const Servo& servo) {
+  const double d = Summarise(program.particles).mean_diameter;
+  const double area = program.domain.BaseArea();
+  const double contacts = 0.5 * area / (d * d);
+  const double force = servo.stress * area;
+  return ServoSpeed(program, servo) * contacts * Damping(program, servo, d, force / contacts) /
+         force;
 }
 
 }  // namespace powdercal

@@ -15,5 +15,7 @@ namespace powdercal {
 /// Reads particle_wall of the materials; without cohesion if the servo's wall is a frictionless
 /// plane.
 double ServoSpeed(const Program& program, const Servo& servo);
+/// The gain that this makes, P N gamma_n/F_target [-]; 0 where the wall does not damp.
+double ServoGain(const Program& program, const Servo& servo);
 
 }  // namespace powdercal

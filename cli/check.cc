@@ -6,6 +6,7 @@
 
 #include "cli/commands.h"
 #include "cli/output.h"
+#include "cli/scaling_text.h"
 #include "cli/text.h"
 #include "core/quantity.h"
 #include "reports/results_json.h"
@@ -91,11 +92,14 @@ void PrintText(Study& study, const Planner& planner, const std::vector<std::size
         availability.available ? availability.version : "(absent)",
         how.empty() ? "" : " (" + how + ")", study.optimizer->Describe());
   Print("\n# scaling '{}': {}\n", study.scaling->name(), study.scaling->Describe());
-  for (const ScalingTable& table : planner.ScalingTables(ExperimentsOf(cost), centre)) {
+  const std::vector<ScalingTable> tables = planner.ScalingTables(ExperimentsOf(cost), centre);
+  for (const ScalingTable& table : tables) {
     Print("  {} at {}\n{}", table.experiment, DescribePoint(study.space.parameters, centre),
-          GroupTable(table));
+          GroupTable(table, OutputIsTerminal()));
   }
   PrintCost(study, cost);
+  Print("\n# one run of each experiment by scaling mode{}\n{}", kModeTableRemark,
+        ModeTable(CompareModes(study, ExperimentsOf(cost))));
   for (const std::string& warning : planner.Warnings(evaluate_also))
     Print("warning: {}\n", warning);
   if (blocked.empty()) {
@@ -154,7 +158,8 @@ void PrintJson(Study& study, const Planner& planner, const std::vector<std::size
                            {"simulates", study.backend.backend->simulates()}}},
                          {"programs", programs},
                          {"pi_groups", groups},
-                         {"cost", CostToJson(study, cost)}};
+                         {"cost", CostToJson(study, cost)},
+                         {"modes", ModesToJson(CompareModes(study, ExperimentsOf(cost)))}};
   Print("{}\n", document.dump(2));
 }
 

@@ -23,7 +23,8 @@ enum ExitStatus : int {
 class StudyOptions {
  public:
   /// Declares STUDY, --set and the named shorthands.
-  void Declare(CLI::App& command);
+  void Declare(CLI::App& command, bool required = true);
+  bool given() const { return !file_.empty(); }
   Study Load() const;
   /// Where `run` keeps the study unless --out says otherwise: runs/NAME, with the seed if it was
   /// given. Throws InputError for a name that is not one of a folder.
@@ -47,6 +48,7 @@ void AddList(CLI::App& program, int& status);
 void AddReport(CLI::App& program, int& status);
 void AddResume(CLI::App& program, int& status);
 void AddRun(CLI::App& program, int& status);
+void AddScale(CLI::App& program, int& status);
 void AddSimulate(CLI::App& program, int& status);
 
 /// Writes the reports into the run folder, and prints results.json or the summary.

@@ -70,6 +70,7 @@ int main(int argc, char** argv) {
   cli::AddReport(program, status);
   cli::AddResume(program, status);
   cli::AddRun(program, status);
+  cli::AddScale(program, status);
   cli::AddSimulate(program, status);
   try {
     program.parse(argc, argv);

@@ -28,6 +28,9 @@ void Say(fmt::format_string<T...> format, T&&... arguments) {
   WriteError(fmt::format(format, std::forward<T>(arguments)...));
 }
 
+/// Whether standard output is a terminal, where colours may be used: not with NO_COLOR set.
+bool OutputIsTerminal();
+
 /// Writes what is still buffered. False, with errno, if something that was printed could not be
 /// written, unless its reader just had enough (`| head`).
 bool FlushOutput();

@@ -26,9 +26,9 @@ constexpr Shorthand kShorthands[] = {
 
 std::string NotEmpty(const std::string& value) { return value.empty() ? "a value is missing" : ""; }
 
-void StudyOptions::Declare(CLI::App& command) {
+void StudyOptions::Declare(CLI::App& command, bool required) {
   command.add_option("study", file_, "study file, or name of a shipped study")
-      ->required()
+      ->required(required)
       ->type_name("STUDY");
   for (const Shorthand& shorthand : kShorthands) {
     command.add_option(shorthand.option, shorthands_[shorthand.key], shorthand.help)

@@ -12,15 +12,16 @@
 namespace powdercal::cli {
 namespace {
 
-// Characters, not bytes, of UTF-8.
+// Characters, not bytes, of UTF-8; colours take no room.
 std::size_t Width(const std::string& text) {
-  return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) {
-    return (static_cast<unsigned char>(c) & 0xC0) != 0x80;
-  }));
-}
-
-std::string Number(const std::optional<double>& value) {
-  return value ? fmt::format("{:.3g}", *value) : "unknown";
+  std::size_t width = 0;
+  bool escape = false;
+  for (const char c : text) {
+    if (c == '\x1b') escape = true;
+    if (!escape && (static_cast<unsigned char>(c) & 0xC0) != 0x80) ++width;
+    if (c == 'm') escape = false;
+  }
+  return width;
 }
 
 std::string Response(const ResponseResult& response, bool fitted) {
@@ -74,19 +75,6 @@ std::string AlignedTable(const std::vector<std::vector<std::string>>& rows) {
     text += line + "\n";
   }
   return text;
-}
-
-std::string GroupTable(const ScalingTable& table) {
-  std::vector<std::vector<std::string>> rows = {
-      {"group", "experiment", "simulation", "ratio", "verdict", "meaning"}};
-  std::string remarks;
-  for (const GroupComparison& group : table.groups) {
-    rows.push_back({group.symbol, Number(group.experiment), Number(group.simulation),
-                    group.ratio ? fmt::format("{:.3g}", *group.ratio) : "-",
-                    ToString(group.verdict), group.meaning});
-    if (!group.remark.empty()) remarks += fmt::format("  {}: {}\n", group.symbol, group.remark);
-  }
-  return AlignedTable(rows) + (remarks.empty() ? "" : "\n" + remarks);
 }
 
 std::string Summary(const StudyResults& results) {

@@ -4,7 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "scaling/groups.h"
 #include "studies/results.h"
 
 namespace powdercal::cli {
@@ -12,9 +11,6 @@ namespace powdercal::cli {
 /// "k = 4.75e+04 J/m3, mu_r = 0.5".
 std::string DescribePoint(const std::vector<Parameter>& parameters,
                           const std::vector<double>& values);
-
-/// The Pi groups of one experiment as an aligned table, remarks below.
-std::string GroupTable(const ScalingTable& table);
 
 /// Rows of equal length, the first being the header, columns aligned.
 std::string AlignedTable(const std::vector<std::vector<std::string>>& rows);

@@ -79,6 +79,9 @@ class Archive {
   /// A name out of `valid`. `what` names it in errors ("backend", "optimizer").
   virtual void Choice(std::string_view key, std::string& value, std::string_view what,
                       std::span<const std::string> valid) = 0;
+  /// A list of names, each out of `valid` and none twice.
+  virtual void Names(std::string_view key, std::vector<std::string>& names, std::string_view what,
+                     std::span<const std::string> valid) = 0;
   /// An enumeration: `names[i]` is the spelling of static_cast<E>(i).
   template <typename E>
   void Enumeration(std::string_view key, E& value, std::string_view what,

@@ -186,6 +186,26 @@ class YamlReader final : public Archive {
     value = name;
   }
 
+  void Names(std::string_view key, std::vector<std::string>& names, std::string_view what,
+             std::span<const std::string> valid) override {
+    const auto node = Take(key);
+    if (!node) return;
+    if (!node->IsSequence()) {
+      throw Error(*node, key, fmt::format("expected a list, found {}", KindOf(*node)));
+    }
+    names.clear();
+    for (const YAML::Node& item : *node) {
+      const std::string name = ScalarText(item, key, fmt::format("the name of one {}", what));
+      if (std::find(valid.begin(), valid.end(), name) == valid.end()) {
+        throw UnknownName(what, name, valid, {.location = Location(item), .key = PathTo(key)});
+      }
+      if (std::find(names.begin(), names.end(), name) != names.end()) {
+        throw Error(item, key, "named twice");
+      }
+      names.push_back(name);
+    }
+  }
+
   void Section(std::string_view key, const Visitor& visit, std::string_view scalar_key) override {
     const auto node = Take(key);
     if (node) VisitSection(*node, Location(*node), PathTo(key), visit, scalar_key);

@@ -37,6 +37,14 @@ class YamlWriter final : public Archive {
     out_ << YAML::EndSeq;
   }
 
+  void Names(std::string_view key, std::vector<std::string>& names, std::string_view,
+             std::span<const std::string>) override {
+    Key(key);
+    out_ << YAML::Flow << YAML::BeginSeq;
+    for (const std::string& name : names) out_ << name;
+    out_ << YAML::EndSeq;
+  }
+
   void Interval(std::string_view key, double& lower, double& upper) override {
     Key(key);
     out_ << YAML::Flow << YAML::BeginSeq << fmt::format("{}", lower) << fmt::format("{}", upper)

@@ -267,14 +267,18 @@ Program AngleOfRepose::Plan(const SimulatedPowder& powder, const Conditions& con
   program.gravity = {0, 0, -gravity};
   program.time_step = numerics.TimeStep(powder);
   if (method_ == Method::draw_down) {
-    PlanDrawDown(fidelity, &program);
+    PlanDrawDown(fidelity, conditions.speed_ratio, &program);
   } else {
-    PlanFunnel(fidelity, &program);
+    PlanFunnel(fidelity, conditions.speed_ratio, &program);
   }
   return program;
 }
 
-void AngleOfRepose::PlanDrawDown(Fidelity fidelity, Program* program) const {
+double AngleOfRepose::FlowTime(double by_default, double speed_ratio) const {
+  return flow_time_ ? *flow_time_ / speed_ratio : by_default;
+}
+
+void AngleOfRepose::PlanDrawDown(Fidelity fidelity, double speed_ratio, Program* program) const {
   Particles& particles = program->particles;
   const double d = particles.sizes.Moment(1);
   const double gravity = Gravity(*program);
@@ -284,21 +288,21 @@ void AngleOfRepose::PlanDrawDown(Fidelity fidelity, Program* program) const {
   particles.count =
       static_cast<int>(std::lround(kSettledFraction * volume / MeanSphereVolume(particles.sizes)));
   const double top = height * kSettledFraction / kLooseFraction;
-  particles.packing = PourLoose(
-      particles,
-      {.lower = {0, 0, 0}, .upper = {bed.length, bed.width, top}, .fall_speed = kFallSpeed});
+  particles.packing = PourLoose(particles, {.lower = {0, 0, 0},
+                                            .upper = {bed.length, bed.width, top},
+                                            .fall_speed = kFallSpeed * speed_ratio});
   program->domain = {{-d, 0, -d},
                      {bed.length + d / 2, bed.width, top + 2 * d},
                      {Boundary::outflow, Boundary::periodic, Boundary::open}};
   program->walls = {{.name = kFloor, .position = 0},
                     {.name = kBackWall, .axis = 0, .position = 0},
                     {.name = kGate, .axis = 0, .position = bed.length, .facing_positive = false}};
-  const double longest = flow_time_.value_or(10 * std::sqrt(bed.length / gravity));
-  program->stages = {SettleAfterFall(top - height, kFallSpeed, gravity, d), Remove{kGate},
-                     Flow(longest, 2 * std::sqrt(2 * height / gravity), gravity, d)};
+  const double longest = FlowTime(10 * std::sqrt(bed.length / gravity), speed_ratio);
+  program->stages = {SettleAfterFall(top - height, kFallSpeed * speed_ratio, gravity, d),
+                     Remove{kGate}, Flow(longest, 2 * std::sqrt(2 * height / gravity), gravity, d)};
 }
 
-void AngleOfRepose::PlanFunnel(Fidelity fidelity, Program* program) const {
+void AngleOfRepose::PlanFunnel(Fidelity fidelity, double speed_ratio, Program* program) const {
   Particles& particles = program->particles;
   const double d = particles.sizes.Moment(1);
   const double gravity = Gravity(*program);
@@ -313,7 +317,7 @@ void AngleOfRepose::PlanFunnel(Fidelity fidelity, Program* program) const {
   particles.packing = PourLoose(particles, {.lower = {-half, -half, cone_top},
                                             .upper = {half, half, top},
                                             .periodic_y = false,
-                                            .fall_speed = kFallSpeed});
+                                            .fall_speed = kFallSpeed * speed_ratio});
   const double side = radius + 3 * d;
   program->domain = {{-side, -side, -3 * d},
                      {side, side, top + 3 * d},
@@ -321,9 +325,9 @@ void AngleOfRepose::PlanFunnel(Fidelity fidelity, Program* program) const {
   program->meshes = {PlateWithRim(radius, RimHeight(d)),
                      Round(kFunnel, {{outlet, bottom}, {radius, cone_top}, {radius, top + 2 * d}}),
                      Disc(kPlug, outlet, bottom)};
-  const double longest = flow_time_.value_or(20 * std::sqrt(radius / gravity));
-  program->stages = {SettleAfterFall(top - bottom, kFallSpeed, gravity, d), Remove{kPlug},
-                     Flow(longest, 3 * std::sqrt(2 * bottom / gravity), gravity, d)};
+  const double longest = FlowTime(20 * std::sqrt(radius / gravity), speed_ratio);
+  program->stages = {SettleAfterFall(top - bottom, kFallSpeed * speed_ratio, gravity, d),
+                     Remove{kPlug}, Flow(longest, 3 * std::sqrt(2 * bottom / gravity), gravity, d)};
 }
 
 // As measured at quick: settling takes its shortest time, the flow about half of its limit.

@@ -62,8 +62,9 @@ class AngleOfRepose final : public Experiment {
  private:
   enum class Method { draw_down, funnel };
 
-  void PlanDrawDown(Fidelity fidelity, Program* program) const;
-  void PlanFunnel(Fidelity fidelity, Program* program) const;
+  void PlanDrawDown(Fidelity fidelity, double speed_ratio, Program* program) const;
+  void PlanFunnel(Fidelity fidelity, double speed_ratio, Program* program) const;
+  double FlowTime(double by_default, double speed_ratio) const;  // [s] at most
   FlankFit MeasureDrawDown(const Program& program, const Moment& settled, const Moment& end,
                            Measurement* measurement) const;
   FlankFit MeasureFunnel(const Program& program, const Moment& end, Measurement* measurement) const;

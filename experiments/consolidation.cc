@@ -108,12 +108,13 @@ Program Consolidation::Plan(const SimulatedPowder& powder, const Conditions& con
                    {.name = kLid, .position = top, .facing_positive = false}};
   program.gravity = {0, 0, -gravity};
   program.time_step = numerics.TimeStep(powder);
-  program.stages.push_back(Insert{.bottom = 0, .top = top, .velocity = {0, 0, -initial_velocity_}});
+  const double velocity = initial_velocity_ * conditions.speed_ratio;
+  program.stages.push_back(Insert{.bottom = 0, .top = top, .velocity = {0, 0, -velocity}});
 
   // The bed sinks by about (1 − phi0/phi) of its height; from rest, the first check would otherwise
   // find it "at rest" before it has begun to fall.
   const double sink = top * (1 - initial_solid_fraction_ / kTypicalSolidFraction);
-  const double fall = FallTime(std::max(sink, d), initial_velocity_, gravity);
+  const double fall = FallTime(std::max(sink, d), velocity, gravity);
   const double gravity_time = gravity > 0 ? std::sqrt(d / gravity) : fall;
   program.stages.push_back(Settle{.kinetic_energy_ratio = 0.18,
                                   .check_interval = 0.16 * gravity_time,
@@ -122,14 +123,15 @@ Program Consolidation::Plan(const SimulatedPowder& powder, const Conditions& con
   const double bed = BedHeight(cell, powder.sizes.Moment(3), kTypicalSolidFraction);
   program.stages.push_back(Servo{.wall = kLid,
                                  .stress = stress,
-                                 .max_velocity = 0.1,
+                                 .max_velocity = 0.1 * conditions.speed_ratio,
                                  .max_duration = max_load_time_ * inertial_time * bed / d});
   const double window = 6 * inertial_time * std::max(1.0, bed / (12 * d));
-  program.stages.push_back(Hold{.stress_tolerance = 0.02,
-                                .strain_rate = std::min(0.1, 1e-5 / inertial_time),
-                                .kinetic_energy_ratio = 1e-3,
-                                .window = window,
-                                .max_duration = max_hold_windows_ * window});
+  program.stages.push_back(
+      Hold{.stress_tolerance = 0.02,
+           .strain_rate = std::min(0.1 * conditions.speed_ratio, 1e-5 / inertial_time),
+           .kinetic_energy_ratio = 1e-3,
+           .window = window,
+           .max_duration = max_hold_windows_ * window});
   return program;
 }
 

@@ -142,6 +142,7 @@ Program Spreading::Plan(const SimulatedPowder& powder, const Conditions& conditi
   if (const std::string why = ExplainUnsupported(powder); !why.empty()) throw InputError(why);
   const double d = powder.sizes.Moment(1);
   const double gravity = conditions.gravity.value();
+  const double fall_speed = kFallSpeed * conditions.speed_ratio;
   const double speed = conditions.velocity.value();
   const double width = conditions.width.value();
   const double sweep = sweep_.value_or(SizeOf(fidelity, d).sweep);
@@ -165,7 +166,7 @@ Program Spreading::Plan(const SimulatedPowder& powder, const Conditions& conditi
   program.particles = {.sizes = powder.sizes, .count = count, .seed = seed};
   program.particles.packing = PourLoose(
       program.particles,
-      {.lower = {0, 0, 0}, .upper = {slab_length, width, slab_height}, .fall_speed = kFallSpeed});
+      {.lower = {0, 0, 0}, .upper = {slab_length, width, slab_height}, .fall_speed = fall_speed});
   program.materials = powder.materials;
   program.law = powder.law;
   const bool rough = plate_ == Plate::rough;
@@ -185,11 +186,11 @@ Program Spreading::Plan(const SimulatedPowder& powder, const Conditions& conditi
   }
   program.gravity = {0, 0, -gravity};
   program.time_step = numerics.TimeStep(powder);
-  program.stages = {SettleAfterFall(slab_height, kFallSpeed, gravity, d),
+  program.stages = {SettleAfterFall(slab_height, fall_speed, gravity, d),
                     Advance{.name = "sweep",
                             .duration = sweep / speed,
                             .motions = {{.body = kBlade, .velocity = {speed, 0, 0}}}},
-                    Advance{.name = "rest", .duration = rest_time_}};
+                    Advance{.name = "rest", .duration = rest_time_ / conditions.speed_ratio}};
   return program;
 }
 

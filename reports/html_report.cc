@@ -8,6 +8,7 @@
 
 #include "reports/assets.h"
 #include "reports/html_sections.h"
+#include "reports/page_scripts.h"
 #include "reports/plots.h"
 #include "reports/text.h"
 
@@ -28,39 +29,6 @@ std::string FillTemplate(std::string_view text,
     text.remove_prefix(close + 2);
   }
   return filled.append(text);
-}
-
-// Source maps would be looked for beside the report.
-std::string_view WithoutSourceMap(std::string_view script) {
-  const std::size_t comment = script.rfind("//# sourceMappingURL=");
-  return comment == std::string_view::npos ? script : script.substr(0, comment);
-}
-
-std::string Libraries() {
-  std::string scripts;
-  for (const char* name : {"vega.min.js", "vega-lite.min.js", "vega-embed.min.js"}) {
-    scripts.append("<script>").append(WithoutSourceMap(Asset(name))).append("</script>\n");
-  }
-  return scripts;
-}
-
-// JSON that no HTML parser can take for markup.
-std::string ScriptJson(const nlohmann::json& value) {
-  const std::string json = value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-  std::string safe;
-  safe.reserve(json.size());
-  for (const char c : json) {
-    if (c == '<') {
-      safe += "\\u003c";
-    } else if (c == '>') {
-      safe += "\\u003e";
-    } else if (c == '&') {
-      safe += "\\u0026";
-    } else {
-      safe += c;
-    }
-  }
-  return safe;
 }
 
 std::vector<Figure> AllFigures(const StudyResults& results) {
@@ -102,7 +70,7 @@ std::string HtmlReport(const StudyResults& results) {
                        {"provenance", ProvenanceSection(results)},
                        {"licences", EscapeHtml(Asset("licences.txt"))},
                        {"data", ScriptJson(specs)},
-                       {"libraries", Libraries()},
+                       {"libraries", ScriptLibraries()},
                        {"js", std::string(Asset("report.js"))}});
 }
 

@@ -246,12 +246,17 @@ std::string GroupRow(const GroupComparison& group) {
   const std::string& verdict = ToString(group.verdict);
   std::string remark = group.remark;
   if (!remark.empty() && remark.back() != '.') remark += '.';
+  const std::string limit =
+      group.source.empty()
+          ? ""
+          : fmt::format(" title=\"{} {}: {}\"", group.numerical ? "up to" : "factor",
+                        H(NumberText(group.tolerance, 3)), H(group.source));
   return fmt::format(
       "<tr><td><strong>{}</strong></td><td>{}</td><td class=\"number\">{}</td>"
       "<td class=\"number\">{}</td><td class=\"number\">{}</td>"
-      "<td><span class=\"tag {}\">{}</span></td><td>{}</td></tr>\n",
+      "<td><span class=\"tag {}\"{}>{}</span></td><td>{}</td></tr>\n",
       SymbolHtml(group.symbol), H(group.meaning), number(group.experiment),
-      number(group.simulation), number(group.ratio), verdict, verdict, H(remark));
+      number(group.simulation), number(group.ratio), verdict, limit, verdict, H(remark));
 }
 
 }  // namespace
@@ -323,10 +328,18 @@ std::string ScalingSection(const StudyResults& results) {
     html += "</tbody></table></div>\n";
   }
   if (results.scaling_tables.empty()) html += "<p class=\"muted\">No Π table is known.</p>\n";
+  const std::vector<std::string> cohesion = CohesionStatements(results);
+  if (!cohesion.empty()) {
+    html += "<h3>What the simulation's cohesion says of the powder</h3>\n<ul>\n";
+    for (const std::string& sentence : cohesion) {
+      html += fmt::format("<li>{}</li>\n", H(sentence));
+    }
+    html += "</ul>\n";
+  }
   return html + fmt::format(
-                    "<p class=\"muted small\">matched: within a factor 1.1; violated: beyond a "
-                    "factor {}; off: in between, or harmless; unknown: one side is not known.</p>"
-                    "</section>\n",
+                    "<p class=\"muted small\">ok: within the group's tolerance, or harmless; "
+                    "violated: beyond a factor {}; warn: in between; unknown: one side is not "
+                    "known. Groups of the simulation alone have limits instead.</p></section>\n",
                     kViolationFactor);
 }
 

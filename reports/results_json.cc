@@ -188,9 +188,18 @@ json PiGroupsToJson(const std::vector<ScalingTable>& tables) {
                         {"simulation", Number(group.simulation)},
                         {"ratio", Number(group.ratio)},
                         {"verdict", ToString(group.verdict)},
-                        {"remark", group.remark}});
+                        {"remark", group.remark},
+                        {"tolerance", Number(group.tolerance)},
+                        {"source", group.source},
+                        {"numerical", group.numerical}});
     }
-    list.push_back({{"experiment", table.experiment}, {"groups", std::move(groups)}});
+    json entry = {{"experiment", table.experiment}, {"groups", std::move(groups)}};
+    if (table.cohesion) {
+      entry["effective_surface_energy"] = {{"value", Number(table.cohesion->surface_energy)},
+                                           {"unit", "J/m2"},
+                                           {"kept", table.cohesion->kept}};
+    }
+    list.push_back(std::move(entry));
   }
   return list;
 }

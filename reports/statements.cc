@@ -373,6 +373,16 @@ std::string NoSimulationNotice(const StudyResults& results) {
       results.backend);
 }
 
+std::vector<std::string> CohesionStatements(const StudyResults& results) {
+  std::vector<PowderCohesion> readings;
+  for (const ScalingTable& table : results.scaling_tables) {
+    if (table.cohesion) readings.push_back(*table.cohesion);
+  }
+  std::vector<std::string> sentences;
+  for (const std::string& text : Describe(readings)) sentences.push_back(Sentence(text));
+  return sentences;
+}
+
 std::vector<std::string> Caveats(const StudyResults& results) {
   std::vector<std::string> caveats;
   if (!results.simulated) caveats.push_back(Sentence(NoSimulationNotice(results)));

@@ -73,6 +73,9 @@ int TargetCount(const StudyResults& results, std::size_t objective);
 /// "no simulation was run: …", or "" when simulations were.
 std::string NoSimulationNotice(const StudyResults& results);
 
+/// What the best point's cohesion says of the powder (scaling/real_powder.h), as sentences.
+std::vector<std::string> CohesionStatements(const StudyResults& results);
+
 /// Reasons to be careful with the result, as sentences; empty when there are none.
 std::vector<std::string> Caveats(const StudyResults& results);
 

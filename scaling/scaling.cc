@@ -9,18 +9,10 @@
 #include <vector>
 
 #include "core/quantity.h"
+#include "scaling/modes.h"
 
 namespace powdercal {
 namespace {
-
-// A simulated particle is softened to save time steps; a stiffer one than the powder's is a slip.
-std::string ExplainModulus(double simulation, const std::optional<double>& powder) {
-  if (!powder || simulation <= *powder) return "";
-  return fmt::format(
-      "the simulation's Young's modulus ({}) is above the powder's ({}); scaling may only soften "
-      "the particles",
-      HumanQuantity(simulation, "Pa"), HumanQuantity(*powder, "Pa"));
-}
 
 bool AnyStress(std::span<const Conditions> experiments) {
   return std::any_of(experiments.begin(), experiments.end(),
@@ -179,13 +171,17 @@ class SigmaOverEScaling final : public Scaling {
 }  // namespace
 
 std::span<const std::string> ScalingNames() {
-  static const std::array<std::string, 3> kNames = {"given", "none", "sigma_over_e"};
+  static const std::array<std::string, 6> kNames = {"custom", "exact",       "given",
+                                                    "none",   "rigid_limit", "sigma_over_e"};
   return kNames;
 }
 
 std::unique_ptr<Scaling> MakeScaling(const std::string& name) {
+  if (name == "custom") return MakeCustomScaling();
+  if (name == "exact") return MakeExactScaling();
   if (name == "given") return std::make_unique<GivenScaling>();
   if (name == "none") return std::make_unique<NoScaling>();
+  if (name == "rigid_limit") return MakeRigidLimitScaling();
   if (name == "sigma_over_e") return std::make_unique<SigmaOverEScaling>();
   throw UnknownName("scaling mode", name, ScalingNames());
 }

@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 
+#include "backends/servo_gain.h"
 #include "core/hash.h"
 #include "core/random.h"
 
@@ -21,21 +23,41 @@ std::uint64_t ParticleSeed(const Study& study, const std::vector<double>& parame
   return stream.Split(static_cast<std::uint64_t>(replicate)).Bits() >> 33;
 }
 
+Conditions::Cohesion LawOf(const ContactLaw& law) {
+  switch (law.cohesion) {
+    case ContactLaw::Cohesion::sjkr2:
+      return Conditions::Cohesion::sjkr2;
+    case ContactLaw::Cohesion::dmt:
+      return Conditions::Cohesion::dmt;
+    case ContactLaw::Cohesion::none:
+      break;
+  }
+  return Conditions::Cohesion::none;
+}
+
 }  // namespace
 
-Planner::Planner(const Study& study)
-    : study_(study), availability_(study.backend.backend->availability()) {}
+Planner::Planner(const Study& study, const Scaling& scaling)
+    : study_(study), scaling_(scaling), availability_(study.backend.backend->availability()) {
+  for (std::size_t i = 0; i < study.experiments.size(); ++i) {
+    const std::optional<double> stress = Laboratory(i).stress;
+    if (stress) largest_stress_ = std::max(largest_stress_.value_or(0), *stress);
+  }
+}
 
 Conditions Planner::Laboratory(std::size_t experiment) const {
   const PowderSpecification& powder = study_.powder;
-  Conditions conditions{.young_modulus = powder.young_modulus,
+  Conditions conditions{.study_stress = largest_stress_,
+                        .young_modulus = powder.young_modulus,
                         .poisson_ratio = powder.poisson_ratio,
                         .density = powder.density,
                         .diameter = powder.sizes.Moment(1),
                         .gravity = 9.81,
                         .surface_energy = powder.surface_energy,
                         .restitution = powder.restitution,
-                        .friction = powder.particle_friction};
+                        .friction = powder.particle_friction,
+                        .wall_friction = powder.wall_friction,
+                        .law_of_cohesion = LawOf(study_.law)};
   study_.experiments[experiment].experiment->DescribeConditions(study_.FidelityOf(experiment),
                                                                 conditions);
   return conditions;
@@ -43,7 +65,7 @@ Conditions Planner::Laboratory(std::size_t experiment) const {
 
 Conditions Planner::Simulation(std::size_t experiment,
                                const std::vector<double>& parameters) const {
-  Conditions simulation = study_.scaling->ToSimulation(Laboratory(experiment));
+  Conditions simulation = scaling_.ToSimulation(Laboratory(experiment));
   const SimulatedPowder powder = MakePowder(simulation, parameters);
   const ContactParameters& contact = powder.materials.particle_particle;
   simulation.cohesion_energy_density.reset();
@@ -57,8 +79,13 @@ Conditions Planner::Simulation(std::size_t experiment,
   }
   simulation.restitution = contact.restitution;
   simulation.friction = contact.friction;
+  simulation.wall_friction = powder.materials.particle_wall.friction;
   simulation.rolling_friction = contact.rolling_friction;
+  simulation.directional_torque = study_.law.rolling == ContactLaw::Rolling::cdt;
   simulation.time_step = study_.numerics.TimeStep(powder);
+  const Materials& materials = powder.materials;
+  simulation.rayleigh_time = RayleighTime(powder.sizes.Quantile(0) / 2, materials.density,
+                                          materials.young_modulus, materials.poisson_ratio);
   study_.experiments[experiment].experiment->DescribeSimulation(
       powder, study_.FidelityOf(experiment), simulation);
   return simulation;
@@ -77,6 +104,13 @@ SimulatedPowder Planner::MakePowder(const Conditions& simulation,
                                  .rolling_friction = known.rolling_friction,
                                  .cohesion_energy_density = known.cohesion_energy_density,
                                  .surface_energy = known.surface_energy.value_or(0)};
+  if (scaling_.scales_cohesion()) {
+    ContactParameters& contact = materials.particle_particle;
+    contact.surface_energy = simulation.surface_energy.value_or(0);
+    if (known.cohesion_energy_density == 0) {
+      contact.cohesion_energy_density = simulation.cohesion_energy_density.value_or(0);
+    }
+  }
   materials.particle_wall = materials.particle_particle;
   materials.particle_wall.friction = known.wall_friction;
   for (std::size_t i = 0; i < parameters.size(); ++i) {
@@ -87,9 +121,9 @@ SimulatedPowder Planner::MakePowder(const Conditions& simulation,
 
 std::string Planner::ExplainUnplanned(std::size_t experiment) const {
   const StudyExperiment& entry = study_.experiments[experiment];
-  std::string reason = study_.scaling->ExplainUnsupported(Laboratory(experiment));
+  std::string reason = scaling_.ExplainUnsupported(Laboratory(experiment));
   if (!reason.empty()) {
-    return fmt::format("scaling '{}' of {}: {}", study_.scaling->name(), entry.name(), reason);
+    return fmt::format("scaling '{}' of {}: {}", scaling_.name(), entry.name(), reason);
   }
   reason =
       entry.experiment->ExplainUnsupported(MakePowder(Simulation(experiment, Centre()), Centre()));
@@ -173,8 +207,8 @@ std::string Planner::ExplainUnsupported(const std::vector<std::size_t>& experime
   }
   std::vector<Conditions> all;
   for (std::size_t i = 0; i < study_.experiments.size(); ++i) all.push_back(Laboratory(i));
-  if (const std::string reason = study_.scaling->ExplainWithoutEffect(all); !reason.empty()) {
-    return fmt::format("scaling '{}': {}", study_.scaling->name(), reason);
+  if (const std::string reason = scaling_.ExplainWithoutEffect(all); !reason.empty()) {
+    return fmt::format("scaling '{}': {}", scaling_.name(), reason);
   }
   for (const std::size_t i : experiments) {
     const std::string reason =
@@ -260,8 +294,19 @@ std::vector<ScalingTable> Planner::ScalingTables(const std::vector<std::size_t>&
   std::vector<ScalingTable> tables;
   for (const std::size_t i : experiments) {
     if (!ExplainUnplanned(i).empty()) continue;
-    tables.push_back(
-        {study_.experiments[i].name(), CompareGroups(Laboratory(i), Simulation(i, parameters))});
+    const std::string& name = study_.experiments[i].name();
+    ScalingTable table{
+        .experiment = name, .laboratory = Laboratory(i), .simulation = Simulation(i, parameters)};
+    const Program program = PlanExperiment(i, parameters, 0).program;
+    for (const Stage& stage : program.stages) {
+      if (const auto* servo = std::get_if<Servo>(&stage)) {
+        table.simulation.servo_gain =
+            std::max(table.simulation.servo_gain.value_or(0), ServoGain(program, *servo));
+      }
+    }
+    table.groups = CompareGroups(table.laboratory, table.simulation, name);
+    table.cohesion = ReadBack(name, table.laboratory, table.simulation);
+    tables.push_back(std::move(table));
   }
   return tables;
 }

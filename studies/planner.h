@@ -28,7 +28,9 @@ struct PlannedRun {
 class Planner {
  public:
   /// The study must outlive the planner.
-  explicit Planner(const Study& study);
+  explicit Planner(const Study& study) : Planner(study, *study.scaling) {}
+  /// Plans with another scaling than the study's own; it must outlive the planner, too.
+  Planner(const Study& study, const Scaling& scaling);
 
   /// Why there is no program of an experiment, for the scaling or the experiment itself, or "".
   std::string ExplainUnplanned(std::size_t experiment) const;
@@ -82,6 +84,7 @@ class Planner {
   Cost EstimateCost(const std::vector<std::size_t>& evaluate_also = {}) const;
 
   const Study& study() const { return study_; }
+  const Scaling& scaling() const { return scaling_; }
   const Availability& availability() const { return availability_; }
 
  private:
@@ -89,7 +92,9 @@ class Planner {
                              const std::vector<double>& parameters) const;
 
   const Study& study_;
+  const Scaling& scaling_;
   Availability availability_;
+  std::optional<double> largest_stress_;  // [Pa] of all experiments of the study
 };
 
 }  // namespace powdercal

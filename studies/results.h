@@ -7,6 +7,7 @@
 
 #include "optimizers/optimizer.h"
 #include "scaling/groups.h"
+#include "scaling/real_powder.h"
 
 namespace powdercal {
 
@@ -93,6 +94,9 @@ struct TransferResult {
 struct ScalingTable {
   std::string experiment;
   std::vector<GroupComparison> groups;  ///< with the best point's parameters
+  Conditions laboratory;
+  Conditions simulation;
+  std::optional<PowderCohesion> cohesion;  ///< what the simulated one says of the powder
 };
 
 /// All that is known of a study, from its ledger. reports/ turns this into files.

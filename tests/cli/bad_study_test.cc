@@ -138,6 +138,68 @@ INSTANTIATE_TEST_SUITE_P(
                  "young_modulus: 5 TPa",
                  {"scaling 'given' of consolidation", "above the powder's (200 GPa)"}}));
 
+// In the place of the quickstart's scaling.
+struct BadScaling {
+  std::string scaling;
+  std::vector<std::string> message;
+};
+
+class BadScalings : public ::testing::TestWithParam<BadScaling> {};
+
+TEST_P(BadScalings, AreRefusedWithWhatIsMissing) {
+  const TemporaryFolder folder;
+  ExpectRefused(folder,
+                StudyText("quickstart", "{mode: given, young_modulus: 5 MPa, stress: 0.9 kPa}",
+                          GetParam().scaling),
+                GetParam().message);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Cli, BadScalings,
+    ::testing::Values(
+        BadScaling{"{mode: exact, young_modulus: 5 TPa}",
+                   {"scaling 'exact' of consolidation", "above the powder's (200 GPa)"}},
+        BadScaling{"exact", {"s.yaml:19:10: scaling: missing key 'young_modulus'"}},
+        BadScaling{"{mode: exact, young_modulus: -5 MPa}",
+                   {"s.yaml:19:39: scaling.young_modulus: must be above 0 Pa (found '-5 MPa')"}},
+        BadScaling{"{mode: exact, young_modulus: 0 Pa}", {"must be above 0 Pa (found '0 Pa')"}},
+        BadScaling{"{mode: exact, young_modulus: 5 mm}", {"expected a pressure", "got a length"}},
+        BadScaling{"{mode: rigid_limit, kapa: 1000}",
+                   {"s.yaml:19:30: scaling: unknown key 'kapa'", "did you mean 'kappa'?"}},
+        BadScaling{"{mode: rigid_limit, kappa: 0}",
+                   {"s.yaml:19:37: scaling.kappa: must lie in [1, 100000000] (found '0')"}},
+        BadScaling{"{mode: rigid, kappa: 1000}",
+                   {"s.yaml:19:17: ", "unknown scaling mode 'rigid'"}},
+        BadScaling{"{mode: custom, young_modulus: 5 MPa, groups: {sigma/e: 1}}",
+                   {"s.yaml:19:56: unknown group 'sigma/e'", "did you mean 'sigma/E'?"}},
+        BadScaling{"{mode: custom, young_modulus: 5 MPa, groups: {sigma/E: 1, V/sqrt(g d): 1}}",
+                   {"scaling 'custom': no experiment of the study has the group 'V/sqrt(g d)'"}},
+        BadScaling{"{mode: custom, young_modulus: 5 MPa, keep: [gravity], groups: {sigma/E: 1, "
+                   "sigma/(rho_b g h): 1}}",
+                   {"scaling 'custom' of consolidation: these groups cannot be matched together",
+                    "sigma/E (off", "sigma/(rho_b g h) (off"}},
+        BadScaling{"{mode: custom, young_modulus: 5 MPa, keep: [mass], groups: {sigma/E: 1}}",
+                   {"s.yaml:19:54: scaling.keep: unknown quantity 'mass'", "valid: cohesion, "}}));
+
+TEST(BadScaling, NeedsWhatTheStudyLacks) {
+  const TemporaryFolder folder;
+  std::string text = StudyText("quickstart", "{mode: given, young_modulus: 5 MPa, stress: 0.9 kPa}",
+                               "{mode: custom, young_modulus: 5 MPa, groups: {Bo: 1}}");
+  const std::size_t energy = text.find("  surface_energy");
+  text.erase(energy, text.find('\n', energy) + 1 - energy);
+  ExpectRefused(folder, text,
+                {"no experiment of the study has the group 'Bo'", "material.surface_energy"});
+
+  text = StudyText("quickstart", "{mode: given, young_modulus: 5 MPa, stress: 0.9 kPa}",
+                   "rigid_limit");
+  const std::size_t experiments = text.find("  - consolidation:");
+  text.replace(experiments, text.find("objective:") - experiments,
+               "  - spreading: {observed: {coverage: {value: 0.9, sd: 0.05}}}\n");
+  ExpectRefused(folder, text,
+                {"scaling 'rigid_limit' of spreading: ", "kappa",
+                 "no experiment of the study applies a stress"});
+}
+
 TEST(BadFiles, AreNotTakenForStudies) {
   for (const std::string& text : {std::string(), std::string("# a comment\n"),
                                   std::string("quickstart\n"), std::string("- a\n- b\n"),

@@ -388,5 +388,25 @@ TEST(YamlReader, ReadsFiles) {
   EXPECT_THROW(ReadYamlFile(path, VisitStress), InputError);
 }
 
+TEST(YamlReader, ReadsListsOfNames) {
+  const std::vector<std::string> valid = {"gravity", "stress"};
+  std::vector<std::string> names = {"gravity"};
+  const auto visit = [&](Archive& archive) { archive.Names("keep", names, "quantity", valid); };
+  ReadYaml("{}", "s.yaml", visit);
+  EXPECT_THAT(names, ElementsAre("gravity"));
+  ReadYaml("keep: [stress, gravity]", "s.yaml", visit);
+  EXPECT_THAT(names, ElementsAre("stress", "gravity"));
+  ReadYaml("keep: []", "s.yaml", visit);
+  EXPECT_TRUE(names.empty());
+  EXPECT_EQ(MessageOf("keep: [gravity, stres]", visit),
+            "s.yaml:1:17: keep: unknown quantity 'stres' (valid: gravity, stress); did you mean "
+            "'stress'?");
+  EXPECT_EQ(MessageOf("keep: [stress, stress]", visit),
+            "s.yaml:1:16: keep: named twice (found 'stress')");
+  EXPECT_EQ(MessageOf("keep: stress", visit),
+            "s.yaml:1:7: keep: expected a list, found a single value (found 'stress')");
+  EXPECT_THAT(MessageOf("keep: [[stress]]", visit), HasSubstr("found a list"));
+}
+
 }  // namespace
 }  // namespace powdercal

@@ -162,5 +162,11 @@ TEST(YamlWriter, AnyKeyComesBack) {
   EXPECT_EQ(read, keys) << yaml;
 }
 
+TEST(YamlWriter, WritesListsOfNames) {
+  std::vector<std::string> names = {"stress", "gravity"};
+  EXPECT_EQ(WriteYaml([&](Archive& archive) { archive.Names("keep", names, "quantity", names); }),
+            "keep: [stress, gravity]\n");
+}
+
 }  // namespace
 }  // namespace powdercal

@@ -93,6 +93,28 @@ TEST(HtmlReportTest, TablesFollow) {
   EXPECT_THAT(markup, HasSubstr("Redistribution and use in source and binary forms"));
 }
 
+TEST(HtmlReportTest, GroupsHaveColoursTolerancesAndTheWayBack) {
+  StudyResults results = QuickstartSample();
+  ASSERT_FALSE(results.scaling_tables.empty());
+  ScalingTable& table = results.scaling_tables[0];
+  table.groups[0].tolerance = 1.5;
+  table.groups[0].source = "measured <there>";
+  table.cohesion = PowderCohesion{.experiment = "consolidation",
+                                  .surface_energy = 13.4e-3,
+                                  .kept = "F_c/(sigma d^2)",
+                                  .young_modulus = 5e6,
+                                  .cohesion_energy_density = 47500,
+                                  .stated = 1e-4};
+  const std::string html = HtmlReport(results);
+  EXPECT_THAT(html, HasSubstr("<span class=\"tag violated\" title=\"factor 1.5: measured "
+                              "&lt;there&gt;\">violated</span>"));
+  for (const char* verdict : {"ok", "warn", "unknown"}) {
+    EXPECT_THAT(html, HasSubstr("<span class=\"tag " + std::string(verdict) + "\">"));
+    EXPECT_THAT(html, HasSubstr(".tag." + std::string(verdict)));
+  }
+  EXPECT_THAT(html, HasSubstr("stands for a powder with a surface energy of 13 mJ/m2"));
+}
+
 TEST(HtmlReportTest, BannerWhereNothingWasSimulated) {
   const std::string html = HtmlReport(TableSample());
   EXPECT_THAT(html,

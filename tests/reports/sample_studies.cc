@@ -140,7 +140,7 @@ ScalingTable PaperGroups() {
                       .experiment = 70,
                       .simulation = 12,
                       .ratio = 0.171,
-                      .verdict = Verdict::off,
+                      .verdict = Verdict::warn,
                       .remark = "the applied stress is 12 times the bed's own weight instead of 70 "
                                 "times: gravity counts 5.83 times too much"},
                      {.symbol = "I",
@@ -151,7 +151,7 @@ ScalingTable PaperGroups() {
                       .experiment = 0.5,
                       .simulation = 0.5,
                       .ratio = 1,
-                      .verdict = Verdict::matched}}};
+                      .verdict = Verdict::ok}}};
 }
 
 }  // namespace

@@ -39,7 +39,8 @@ Conditions HastelloyX() {
 }
 
 TEST(ScalingNames, AreSortedAndMakeable) {
-  EXPECT_THAT(ScalingNames(), ::testing::ElementsAre("given", "none", "sigma_over_e"));
+  EXPECT_THAT(ScalingNames(), ::testing::ElementsAre("custom", "exact", "given", "none",
+                                                     "rigid_limit", "sigma_over_e"));
   for (const std::string& name : ScalingNames()) {
     const auto scaling = MakeScaling(name);
     EXPECT_EQ(scaling->name(), name);
@@ -165,7 +166,8 @@ TEST(SerializeScaling, WritesTheResolvedSection) {
 TEST(SerializeScaling, ErrorTexts) {
   EXPECT_THAT(ErrorOf("scaling: {mode: gven}"),
               AllOf(HasSubstr("study.yaml:1:17"), HasSubstr("scaling.mode"),
-                    HasSubstr("unknown scaling mode 'gven' (valid: given, none, sigma_over_e)"),
+                    HasSubstr("unknown scaling mode 'gven' (valid: custom, exact, given, "
+                              "none, rigid_limit, sigma_over_e)"),
                     HasSubstr("did you mean 'given'?")));
   EXPECT_THAT(ErrorOf("scaling: sigma_over_E"), HasSubstr("did you mean 'sigma_over_e'?"));
   EXPECT_THAT(
