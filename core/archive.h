@@ -79,6 +79,9 @@ class Archive {
   /// A name out of `valid`. `what` names it in errors ("backend", "optimizer").
   virtual void Choice(std::string_view key, std::string& value, std::string_view what,
                       std::span<const std::string> valid) = 0;
+  /// A list of names out of `valid`, each at most once; a single name is short for a list of one.
+  virtual void Choices(std::string_view key, std::vector<std::string>& values,
+                       std::string_view what, std::span<const std::string> valid) = 0;
   /// An enumeration: `names[i]` is the spelling of static_cast<E>(i).
   template <typename E>
   void Enumeration(std::string_view key, E& value, std::string_view what,

@@ -177,13 +177,26 @@ class YamlReader final : public Archive {
 
   void Choice(std::string_view key, std::string& value, std::string_view what,
               std::span<const std::string> valid) override {
+    if (const auto node = Take(key)) value = ReadChoice(*node, key, what, valid);
+  }
+
+  void Choices(std::string_view key, std::vector<std::string>& values, std::string_view what,
+               std::span<const std::string> valid) override {
     const auto node = Take(key);
     if (!node) return;
-    const std::string name = ScalarText(*node, key, fmt::format("the name of one {}", what));
-    if (std::find(valid.begin(), valid.end(), name) == valid.end()) {
-      throw UnknownName(what, name, valid, {.location = Location(*node), .key = PathTo(key)});
+    if (node->IsMap()) throw Error(*node, key, "expected a list, found a map");
+    values.clear();
+    if (node->IsScalar()) {
+      values.push_back(ReadChoice(*node, key, what, valid));
+      return;
     }
-    value = name;
+    for (const YAML::Node& item : *node) {
+      std::string name = ReadChoice(item, key, what, valid);
+      if (std::find(values.begin(), values.end(), name) != values.end()) {
+        throw Error(item, key, "named twice");
+      }
+      values.push_back(std::move(name));
+    }
   }
 
   void Section(std::string_view key, const Visitor& visit, std::string_view scalar_key) override {
@@ -329,6 +342,15 @@ class YamlReader final : public Archive {
       throw Error(node, key, fmt::format("expected {}, found {}", expected, KindOf(node)));
     }
     return node.Scalar();
+  }
+
+  std::string ReadChoice(const YAML::Node& node, std::string_view key, std::string_view what,
+                         std::span<const std::string> valid) const {
+    std::string name = ScalarText(node, key, fmt::format("the name of one {}", what));
+    if (std::find(valid.begin(), valid.end(), name) == valid.end()) {
+      throw UnknownName(what, name, valid, {.location = Location(node), .key = PathTo(key)});
+    }
+    return name;
   }
 
   double ReadQuantity(const YAML::Node& node, std::string_view key, std::string_view unit,

@@ -63,6 +63,14 @@ class YamlWriter final : public Archive {
     Text(key, value);
   }
 
+  void Choices(std::string_view key, std::vector<std::string>& values, std::string_view,
+               std::span<const std::string>) override {
+    Key(key);
+    out_ << YAML::Flow << YAML::BeginSeq;
+    for (const std::string& value : values) out_ << value;
+    out_ << YAML::EndSeq;
+  }
+
   void Section(std::string_view key, const Visitor& visit, std::string_view) override {
     Key(key);
     Nested(visit);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -127,6 +128,69 @@ std::string FitCard(const StudyResults& results) {
   return html + "</section>\n";
 }
 
+std::string ConfirmationRow(const ResponseResult& other, const ResponseResult& own) {
+  const BackendDifference difference = CompareBackends(other, own);
+  std::string off = "none";
+  if (difference.value) {
+    off = (*difference.value > 0 ? "+" : "") + Value(*difference.value, other.unit, 2);
+    if (difference.sd) {
+      off += fmt::format("<br><span class=\"small muted\">± {}</span>",
+                         Value(*difference.sd, other.unit, 2));
+    }
+  }
+  const Fit fit = JudgeFit(other);
+  const std::string verdict = !other.simulated ? "<span class=\"tag bad\">no value</span>"
+                              : fit.within     ? "<span class=\"tag good\">as observed</span>"
+                                               : "<span class=\"tag bad\">off</span>";
+  const std::size_t dot = other.name.rfind('.');
+  return fmt::format(
+      "<tr><td><strong>{}</strong><br><span class=\"small muted\">{}</span></td>"
+      "<td class=\"number\">{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td>"
+      "<td class=\"number\">{}<br><span class=\"small muted\">± {}</span></td><td>{}</td></tr>\n",
+      H(ReadableName(other.name)), H(ReadableName(other.name.substr(0, dot))), SimulatedCell(other),
+      SimulatedCell(own), off, Value(other.observed, other.unit), Value(other.sd, other.unit, 2),
+      verdict);
+}
+
+// The best point on other backends.
+std::string ConfirmationCard(const StudyResults& results) {
+  const EvaluationResult* best = BestEvaluation(results);
+  if (best == nullptr || results.confirmations.empty()) return "";
+  std::string html =
+      "<section class=\"card wide confirmations\"><h3>Confirmation: the best point on other "
+      "backends</h3>\n";
+  bool compared = false;
+  for (const ConfirmationResult& confirmation : results.confirmations) {
+    html +=
+        fmt::format("<p><strong>{}</strong></p>\n", H(ConfirmationHeadline(results, confirmation)));
+    const bool known =
+        std::any_of(confirmation.responses.begin(), confirmation.responses.end(),
+                    [](const ResponseResult& response) { return response.simulated.has_value(); });
+    if (!known) continue;
+    compared = true;
+    html += fmt::format(
+        "<table>\n<thead><tr><th>response</th><th class=\"number\">{}</th><th class=\"number\">{}"
+        "</th><th class=\"number\">difference</th><th class=\"number\">observed ± sd</th>"
+        "<th>verdict on {}</th></tr></thead><tbody>\n",
+        H(confirmation.backend), H(results.backend), H(confirmation.backend));
+    for (std::size_t i = 0; i < confirmation.responses.size() && i < best->responses.size(); ++i) {
+      html += ConfirmationRow(confirmation.responses[i], best->responses[i]);
+    }
+    html += "</tbody></table>\n";
+    if (confirmation.chi2) {
+      html += fmt::format("<p class=\"muted small\">χ² = {} on {}.</p>\n",
+                          H(NumberText(*confirmation.chi2, 3)), H(confirmation.backend));
+    }
+  }
+  if (compared) {
+    html +=
+        "<p class=\"muted small\">Same programs, hence the same particles at the start. The "
+        "difference's standard deviation is from the scatter between particle seeds on both "
+        "sides.</p>\n";
+  }
+  return html + "</section>\n";
+}
+
 // The best point where it was not fitted.
 std::string TransferCard(const StudyResults& results) {
   if (results.transfer.experiments.empty()) return "";
@@ -197,11 +261,13 @@ std::string HowCard(const StudyResults& results) {
   int failed_runs = 0;
   const auto count = [&](const std::vector<RunResult>& more) {
     for (const RunResult& run : more) {
+      if (run.reason == "unsupported") continue;  // nothing was simulated
       ++runs;
       if (run.reason != "ok") ++failed_runs;
     }
   };
   for (const EvaluationResult& evaluation : results.history) count(evaluation.runs);
+  for (const ConfirmationResult& confirmation : results.confirmations) count(confirmation.runs);
   count(results.transfer.runs);
   std::string evaluations = fmt::format("<strong>{}</strong>: {} ok, {}", results.total, results.ok,
                                         FailuresText(results));
@@ -271,8 +337,8 @@ std::string SummarySection(const StudyResults& results) {
              "<div class=\"cards\">\n",
              kClasses[static_cast<int>(conclusion.kind)], H(conclusion.headline),
              H(conclusion.detail)) +
-         ParametersCard(results) + FitCard(results) + TransferCard(results) + HowCard(results) +
-         CaveatsCard(results) + "</div>\n";
+         ParametersCard(results) + FitCard(results) + ConfirmationCard(results) +
+         TransferCard(results) + HowCard(results) + CaveatsCard(results) + "</div>\n";
 }
 
 std::string FigureElement(const Figure& figure) {
@@ -344,6 +410,13 @@ std::string ProvenanceSection(const StudyResults& results) {
   html += Entry("Contact law", H(results.law));
   if (results.law_as_run != results.law) {
     html += Entry("Contact law as run", H(results.law_as_run));
+  }
+  for (const ConfirmationResult& confirmation : results.confirmations) {
+    if (confirmation.version.empty()) continue;
+    html += Entry("Confirmed with",
+                  fmt::format("<strong>{}</strong>, version {}{}", H(confirmation.backend),
+                              H(confirmation.version),
+                              confirmation.law.empty() ? "" : "; " + H(confirmation.law)));
   }
   html += Entry("State", H(results.state));
   std::vector<ResponseResult> compared = TargetResponses(results);

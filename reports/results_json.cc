@@ -160,10 +160,36 @@ json BestPoint(const StudyResults& results, const EvaluationResult& best) {
   return point;
 }
 
+json Confirmations(const StudyResults& results, const EvaluationResult& best) {
+  json list = json::array();
+  for (const ConfirmationResult& confirmation : results.confirmations) {
+    json responses = FittedResponses(confirmation.responses);
+    for (std::size_t i = 0; i < confirmation.responses.size() && i < best.responses.size(); ++i) {
+      const BackendDifference difference =
+          CompareBackends(confirmation.responses[i], best.responses[i]);
+      json& response = responses[confirmation.responses[i].name];
+      response["difference"] = Number(difference.value);
+      response["difference_sd"] = Number(difference.sd);
+    }
+    list.push_back({{"backend", confirmation.backend},
+                    {"version", confirmation.version},
+                    {"outcome", confirmation.outcome},
+                    {"message", confirmation.message},
+                    {"agrees", Agrees(results, confirmation)},
+                    {"conclusion", ConfirmationHeadline(results, confirmation)},
+                    {"contact_law_as_run", confirmation.law},
+                    {"responses", std::move(responses)},
+                    {"chi2", Number(confirmation.chi2)},
+                    {"failures", Failures(confirmation.failures)}});
+  }
+  return list;
+}
+
 json RunEntry(const EvaluationResult& evaluation, const RunResult& run) {
   return {{"id", run.id},
           {"evaluation", evaluation.id},
           {"experiment", run.experiment},
+          {"backend", run.backend},
           {"replicate", run.replicate},
           {"seed", run.seed},
           {"program_hash", run.program_hash},
@@ -211,6 +237,9 @@ json ResultsToJson(const StudyResults& results) {
     for (const RunResult& run : evaluation.runs) runs.push_back(RunEntry(evaluation, run));
   }
   if (best != nullptr) {
+    for (const ConfirmationResult& confirmation : results.confirmations) {
+      for (const RunResult& run : confirmation.runs) runs.push_back(RunEntry(*best, run));
+    }
     for (const RunResult& run : results.transfer.runs) runs.push_back(RunEntry(*best, run));
   }
   const std::optional<double> overhead =
@@ -233,6 +262,7 @@ json ResultsToJson(const StudyResults& results) {
         {"failed", results.failed},
         {"cached", results.cached}}},
       {"best", best ? BestPoint(results, *best) : json(nullptr)},
+      {"confirmations", best ? Confirmations(results, *best) : json::array()},
       {"pareto", Pareto(results)},
       {"history", std::move(history)},
       {"failures", std::move(failures)},

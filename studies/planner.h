@@ -29,6 +29,9 @@ class Planner {
  public:
   /// The study must outlive the planner.
   explicit Planner(const Study& study);
+  /// For another simulator than the study's own, which must outlive the planner as well;
+  /// Prepare()d.
+  Planner(const Study& study, const Backend& backend);
 
   /// Why there is no program of an experiment, for the scaling or the experiment itself, or "".
   std::string ExplainUnplanned(std::size_t experiment) const;
@@ -52,7 +55,12 @@ class Planner {
   /// 0.4 Rayleigh times, and what the experiments warn of at the largest rolling friction.
   std::vector<std::string> Warnings(const std::vector<std::size_t>& evaluate_also = {}) const;
 
-  /// Runs a planned simulation and measures it. Never throws for failures of the simulation.
+  /// Why the backends of `confirm_with` will not, or not wholly, confirm the best point: a sentence
+  /// for each.
+  std::vector<std::string> ConfirmationWarnings() const;
+
+  /// Runs a planned simulation and measures it. Never throws for failures of the simulation;
+  /// `unsupported` where the backend is not available.
   LedgerRun Execute(const PlannedRun& run, const RunContext& context) const;
 
   /// Conditions of an experiment in the laboratory and, with these parameters, in the simulation.
@@ -70,10 +78,16 @@ class Planner {
     double steps = 0;    ///< of one run
     double seconds = 0;  ///< of one run, on as many cores as it keeps busy; 0: no simulation
   };
+  /// What it costs to confirm the best point on another backend; the experiments that it can run.
+  struct ConfirmationCost {
+    std::string backend;
+    std::vector<ExperimentCost> experiments;
+  };
   /// What the whole study may cost, from the centre of the box; right within a factor of about 2.
   struct Cost {
     std::vector<ExperimentCost> experiments;
-    int runs = 0;                ///< sum over the experiments
+    std::vector<ConfirmationCost> confirmations;
+    int runs = 0;                ///< sum over the experiments and confirmations
     double steps_per_run = 0;    ///< mean over the runs
     double seconds_per_run = 0;  ///< mean over the runs
     double seconds = 0;          ///< wall clock with the study's parallelism
@@ -82,13 +96,17 @@ class Planner {
   Cost EstimateCost(const std::vector<std::size_t>& evaluate_also = {}) const;
 
   const Study& study() const { return study_; }
+  const Backend& backend() const { return backend_; }
   const Availability& availability() const { return availability_; }
 
  private:
   SimulatedPowder MakePowder(const Conditions& simulation,
                              const std::vector<double>& parameters) const;
+  ExperimentCost CostOf(std::size_t experiment, int runs) const;
+  std::string ExplainBackend(std::size_t experiment) const;
 
   const Study& study_;
+  const Backend& backend_;
   Availability availability_;
 };
 

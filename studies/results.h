@@ -48,6 +48,7 @@ inline constexpr const char* kPartial = "partial";
 struct RunResult {
   std::int64_t id = 0;
   std::string experiment;
+  std::string backend;
   int replicate = 0;
   std::uint64_t seed = 0;  ///< of the particles
   std::string program_hash;
@@ -88,6 +89,24 @@ struct TransferResult {
   std::vector<ExperimentFailure> failures;
   std::vector<RunResult> runs;
 };
+
+/// The best point on another backend: the same programs, hence the same particles.
+struct ConfirmationResult {
+  std::string backend;
+  std::string version;  ///< "" where the backend was not available
+  std::string
+      outcome;  ///< "ok", kPartial, kUnavailable, kPending, or the reason code of its failure
+  std::string message;  ///< of what failed
+  std::string law;      ///< as run
+  std::vector<ExperimentFailure> failures;
+  std::vector<ResponseResult> responses;  ///< in the order of the targets; empty while pending
+  std::optional<double> chi2;             ///< empty unless every response has a value
+  std::vector<RunResult> runs;
+};
+/// Outcome of a confirmation by a backend that is not on this machine.
+inline constexpr const char* kUnavailable = "unavailable";
+/// Outcome of a confirmation of which nothing has been run yet.
+inline constexpr const char* kPending = "pending";
 
 /// Pi groups of one experiment of the study.
 struct ScalingTable {
@@ -133,6 +152,7 @@ struct StudyResults {
   std::optional<std::size_t> best;  ///< index into history
   std::vector<std::size_t> pareto;  ///< the front (ParetoFront), into history; empty: joint
   std::vector<EvaluationResult> history;
+  std::vector<ConfirmationResult> confirmations;  ///< on the backends of `confirm_with`, in order
   TransferResult transfer;
   std::vector<ScalingTable> scaling_tables;
 
