@@ -78,6 +78,9 @@ void PrintCost(const Study& study, const Planner::Cost& cost) {
       print(one, " on " + confirmation.backend);
     }
   }
+  for (const Planner::ExperimentCost& one : cost.approximation) {
+    print(one, fmt::format(", what the approximation changes, on {}", kReferenceBackend));
+  }
   if (simulates) {
     Print("  {} runs, {} in all with {} at a time\n", cost.runs, DurationText(cost.seconds),
           study.parallel());
@@ -112,6 +115,9 @@ void PrintText(Study& study, const Planner& planner, const std::vector<std::size
   Print("  backend: {} {}{}\n  optimizer: {}\n", backend.name(),
         availability.available ? availability.version : "(absent)",
         how.empty() ? "" : " (" + how + ")", study.optimizer->Describe());
+  for (const auto& one : study.approximations.Describe(study.powder.sizes)) {
+    Print("  approximation of {}: {}\n    {}\n", one.part, one.name, one.text);
+  }
   PrintConfirmations(study);
   Print("\n# scaling '{}': {}\n", study.scaling->name(), study.scaling->Describe());
   for (const ScalingTable& table : planner.ScalingTables(ExperimentsOf(cost), centre)) {
@@ -150,7 +156,8 @@ json CostToJson(const Study& study, const Planner::Cost& cost) {
           {"seconds_per_run", cost.seconds_per_run},
           {"seconds", cost.seconds},
           {"experiments", list(cost.experiments)},
-          {"confirmations", std::move(confirmations)}};
+          {"confirmations", std::move(confirmations)},
+          {"approximation", list(cost.approximation)}};
 }
 
 void PrintJson(Study& study, const Planner& planner, const std::vector<std::size_t>& evaluate_also,
@@ -195,6 +202,7 @@ void PrintJson(Study& study, const Planner& planner, const std::vector<std::size
         {"version", availability.version},
         {"description", study.backend.backend->Describe()},
         {"simulates", study.backend.backend->simulates()}}},
+      {"approximations", ApproximationsToJson(study.approximations.Describe(study.powder.sizes))},
       {"confirmations", confirmations},
       {"programs", programs},
       {"pi_groups", groups},

@@ -60,7 +60,10 @@ void ProgressDisplay::OnResume(int evaluations) { resumed_ = evaluations; }
 
 void ProgressDisplay::OnRun(const LedgerRun& run, const Progress& progress) {
   const bool elsewhere = phase_ == Phase::confirmation;
-  const std::string what = run.experiment + (elsewhere ? " on " + run.backend : "");
+  const bool own = run.backend == study_.backend.backend->name();
+  const std::string what = run.experiment + (!elsewhere ? ""
+                                             : own      ? " without the approximation"
+                                                        : " on " + run.backend);
   if (!run.outcome.ok()) {
     Line(fmt::format("        {} failed, {}: {}", what, ToString(run.outcome.reason),
                      run.outcome.message));
@@ -91,8 +94,15 @@ void ProgressDisplay::OnEvaluation(const LedgerCandidate& candidate,
 
 void ProgressDisplay::OnConfirmation(const LedgerCandidate& candidate, const Progress& progress) {
   phase_ = Phase::confirmation;
-  Line(fmt::format("the best point, #{}, on other backends: {} of {} runs are in the ledger",
-                   candidate.candidate.id, progress.confirmation_done, progress.confirmation_runs));
+  std::string where;
+  if (!study_.backend.confirm_with.empty()) where = "on other backends";
+  if (study_.approximations.any()) {
+    where +=
+        fmt::format("{}without the approximation of the contact law", where.empty() ? "" : " and ");
+  }
+  Line(fmt::format("the best point, #{}, {}: {} of {} runs are in the ledger",
+                   candidate.candidate.id, where, progress.confirmation_done,
+                   progress.confirmation_runs));
 }
 
 void ProgressDisplay::OnTransfer(const LedgerCandidate& candidate, const Progress& progress) {

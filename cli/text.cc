@@ -104,6 +104,12 @@ std::string Summary(const StudyResults& results) {
     }
     for (const ResponseResult& response : best.responses) text += Response(response, true);
     text += fmt::format("  chi2 = {:.3g}\n", best.chi2.value_or(0));
+    if (results.approximation_effect) {
+      text += "what the approximation of the contact law changes:\n";
+      for (const std::string& statement : ApproximationStatements(results)) {
+        text += "  " + statement + "\n";
+      }
+    }
     for (const ConfirmationResult& confirmation : results.confirmations) {
       text += "on " + confirmation.backend + ":\n";
       for (const ResponseResult& response : confirmation.responses) {

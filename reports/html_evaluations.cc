@@ -165,6 +165,7 @@ std::string RunsTable(const StudyResults& results) {
     for (const ConfirmationResult& confirmation : results.confirmations) {
       add(*best, confirmation.runs);
     }
+    if (results.approximation_effect) add(*best, results.approximation_effect->runs);
     add(*best, results.transfer.runs);
   }
   if (count == 0) return "";

@@ -152,6 +152,61 @@ std::string ConfirmationRow(const ResponseResult& other, const ResponseResult& o
       verdict);
 }
 
+std::string ApproximationRow(const ResponseResult& exact, const ResponseResult& approximated) {
+  const BackendDifference difference = CompareBackends(approximated, exact);
+  std::string off = "none";
+  if (difference.value) {
+    off = (*difference.value > 0 ? "+" : "") + Value(*difference.value, exact.unit, 2);
+    if (difference.sd) {
+      off += fmt::format("<br><span class=\"small muted\">± {}</span>",
+                         Value(*difference.sd, exact.unit, 2));
+    }
+  }
+  return fmt::format(
+      "<tr><td><strong>{}</strong><br><span class=\"small muted\">{}</span></td>"
+      "<td class=\"number\">{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td>"
+      "<td class=\"number\">{}</td></tr>\n",
+      H(ReadableName(exact.name)), H(ReadableName(exact.name.substr(0, exact.name.rfind('.')))),
+      SimulatedCell(approximated), SimulatedCell(exact), off, Value(exact.sd, exact.unit, 2));
+}
+
+// What the contact law is not, and what that changes.
+std::string ApproximationCard(const StudyResults& results) {
+  if (results.approximations.empty()) return "";
+  std::string html =
+      "<section class=\"card wide approximation\"><h3>Approximation: the contact law as simulated "
+      "is not the one that the parameters are of</h3>\n";
+  for (const ApproximationStatement& approximation : results.approximations) {
+    html += fmt::format("<p><strong>{}: {}.</strong> {}</p>\n", H(approximation.part),
+                        H(approximation.name), H(approximation.text));
+  }
+  if (!results.approximation_effect) {
+    return html +
+           "<p class=\"muted\">What it changes has not been measured at the best point yet.</p>"
+           "</section>\n";
+  }
+  const ApproximationEffect& effect = *results.approximation_effect;
+  html +=
+      "<table>\n<thead><tr><th>response at the best point</th><th class=\"number\">with the "
+      "approximation</th><th class=\"number\">without</th><th class=\"number\">difference</th>"
+      "<th class=\"number\">sd of the observation</th></tr></thead><tbody>\n";
+  for (std::size_t i = 0; i < effect.exact.size(); ++i) {
+    html += ApproximationRow(effect.exact[i], effect.approximated[i]);
+  }
+  html += fmt::format(
+      "</tbody></table>\n<p class=\"muted small\">Both with {}, version {}, from the same "
+      "particles "
+      "at the start; the difference's standard deviation is from the scatter between particle "
+      "seeds.</p>\n",
+      H(effect.backend), H(effect.version));
+  for (const ExperimentFailure& failure : effect.failures) {
+    html += fmt::format("<p>{} without the approximation: {}, {}.</p>\n",
+                        H(ReadableName(failure.experiment)), H(ReadableName(failure.reason)),
+                        H(failure.message));
+  }
+  return html + "</section>\n";
+}
+
 // The best point on other backends.
 std::string ConfirmationCard(const StudyResults& results) {
   const EvaluationResult* best = BestEvaluation(results);
@@ -268,6 +323,7 @@ std::string HowCard(const StudyResults& results) {
   };
   for (const EvaluationResult& evaluation : results.history) count(evaluation.runs);
   for (const ConfirmationResult& confirmation : results.confirmations) count(confirmation.runs);
+  if (results.approximation_effect) count(results.approximation_effect->runs);
   count(results.transfer.runs);
   std::string evaluations = fmt::format("<strong>{}</strong>: {} ok, {}", results.total, results.ok,
                                         FailuresText(results));
@@ -337,8 +393,9 @@ std::string SummarySection(const StudyResults& results) {
              "<div class=\"cards\">\n",
              kClasses[static_cast<int>(conclusion.kind)], H(conclusion.headline),
              H(conclusion.detail)) +
-         ParametersCard(results) + FitCard(results) + ConfirmationCard(results) +
-         TransferCard(results) + HowCard(results) + CaveatsCard(results) + "</div>\n";
+         ParametersCard(results) + FitCard(results) + ApproximationCard(results) +
+         ConfirmationCard(results) + TransferCard(results) + HowCard(results) +
+         CaveatsCard(results) + "</div>\n";
 }
 
 std::string FigureElement(const Figure& figure) {
@@ -408,6 +465,9 @@ std::string ProvenanceSection(const StudyResults& results) {
                                  (results.optimizer_description.empty() ? "" : ": ") +
                                  H(results.optimizer_description));
   html += Entry("Contact law", H(results.law));
+  for (const ApproximationStatement& one : results.approximations) {
+    html += Entry("Approximation of " + one.part, H(one.name));
+  }
   if (results.law_as_run != results.law) {
     html += Entry("Contact law as run", H(results.law_as_run));
   }

@@ -103,6 +103,27 @@ void EmitFit(YAML::Emitter& out, const EvaluationResult& best) {
   out << YAML::EndMap;
 }
 
+// What of the contact law is not what the parameters are called after.
+void EmitApproximations(YAML::Emitter& out, const StudyResults& results) {
+  if (results.approximations.empty()) return;
+  Key(out, "approximations");
+  out << YAML::BeginSeq;
+  for (const ApproximationStatement& approximation : results.approximations) {
+    out << YAML::BeginMap;
+    Text(out, "part", approximation.part);
+    Text(out, "name", approximation.name);
+    Text(out, "text", approximation.text);
+    out << YAML::EndMap;
+  }
+  out << YAML::EndSeq;
+  Key(out, "approximation_effect");
+  out << YAML::BeginSeq;
+  for (const std::string& statement : ApproximationStatements(results)) {
+    out << YAML::DoubleQuoted << statement;
+  }
+  out << YAML::EndSeq;
+}
+
 // What other backends make of the parameters.
 void EmitConfirmations(YAML::Emitter& out, const StudyResults& results,
                        const EvaluationResult& best) {
@@ -193,6 +214,7 @@ std::string MaterialCard(const StudyResults& results) {
   Text(out, "canonical", results.law);
   Text(out, "as_run", results.law_as_run);
   out << YAML::EndMap;
+  EmitApproximations(out, results);
   Key(out, "scaling");
   out << YAML::BeginMap;
   Text(out, "mode", results.scaling);

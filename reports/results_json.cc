@@ -66,6 +66,7 @@ json StudyObject(const StudyResults& results) {
           {"targets", Targets(results)},
           {"experiments", Experiments(results)},
           {"contact_law", results.law},
+          {"approximations", ApproximationsToJson(results.approximations)},
           {"scaling", {{"mode", results.scaling}, {"description", results.scaling_description}}}};
 }
 
@@ -160,6 +161,29 @@ json BestPoint(const StudyResults& results, const EvaluationResult& best) {
   return point;
 }
 
+json Effect(const ApproximationEffect& effect) {
+  json responses = json::object();
+  for (std::size_t i = 0; i < effect.exact.size(); ++i) {
+    const ResponseResult& exact = effect.exact[i];
+    const ResponseResult& approximated = effect.approximated[i];
+    const BackendDifference difference = CompareBackends(approximated, exact);
+    const auto side = [](const ResponseResult& response) -> json {
+      return {{"simulated", Number(response.simulated)},
+              {"seed_sd", Number(response.seed_sd)},
+              {"replicates", response.replicates}};
+    };
+    responses[exact.name] = {{"unit", exact.unit},
+                             {"exact", side(exact)},
+                             {"approximated", side(approximated)},
+                             {"difference", Number(difference.value)},
+                             {"difference_sd", Number(difference.sd)}};
+  }
+  return {{"backend", effect.backend},
+          {"version", effect.version},
+          {"responses", std::move(responses)},
+          {"failures", Failures(effect.failures)}};
+}
+
 json Confirmations(const StudyResults& results, const EvaluationResult& best) {
   json list = json::array();
   for (const ConfirmationResult& confirmation : results.confirmations) {
@@ -203,6 +227,14 @@ json RunEntry(const EvaluationResult& evaluation, const RunResult& run) {
 
 }  // namespace
 
+json ApproximationsToJson(const std::vector<ApproximationStatement>& approximations) {
+  json list = json::array();
+  for (const ApproximationStatement& one : approximations) {
+    list.push_back({{"part", one.part}, {"name", one.name}, {"text", one.text}});
+  }
+  return list;
+}
+
 json PiGroupsToJson(const std::vector<ScalingTable>& tables) {
   json list = json::array();
   for (const ScalingTable& table : tables) {
@@ -240,6 +272,11 @@ json ResultsToJson(const StudyResults& results) {
     for (const ConfirmationResult& confirmation : results.confirmations) {
       for (const RunResult& run : confirmation.runs) runs.push_back(RunEntry(*best, run));
     }
+    if (results.approximation_effect) {
+      for (const RunResult& run : results.approximation_effect->runs) {
+        runs.push_back(RunEntry(*best, run));
+      }
+    }
     for (const RunResult& run : results.transfer.runs) runs.push_back(RunEntry(*best, run));
   }
   const std::optional<double> overhead =
@@ -263,6 +300,8 @@ json ResultsToJson(const StudyResults& results) {
         {"cached", results.cached}}},
       {"best", best ? BestPoint(results, *best) : json(nullptr)},
       {"confirmations", best ? Confirmations(results, *best) : json::array()},
+      {"approximation_effect",
+       results.approximation_effect ? Effect(*results.approximation_effect) : json(nullptr)},
       {"pareto", Pareto(results)},
       {"history", std::move(history)},
       {"failures", std::move(failures)},

@@ -116,6 +116,30 @@ void AddConfirmationCaveats(const StudyResults& results, std::vector<std::string
   }
 }
 
+// What an approximation changes by more than the laboratory's figure is known to.
+void AddApproximationCaveats(const StudyResults& results, std::vector<std::string>& caveats) {
+  for (const ApproximationStatement& approximation : results.approximations) {
+    caveats.push_back(approximation.text);
+  }
+  if (!results.approximation_effect) return;
+  const ApproximationEffect& effect = *results.approximation_effect;
+  std::vector<std::string> changed;
+  for (std::size_t i = 0; i < effect.exact.size(); ++i) {
+    const BackendDifference difference = CompareBackends(effect.approximated[i], effect.exact[i]);
+    if (!difference.value || std::abs(*difference.value) < effect.exact[i].sd) continue;
+    if (std::abs(*difference.value) < 2 * difference.sd.value_or(0)) continue;
+    changed.push_back(fmt::format("the {} by {} standard deviations of the observation",
+                                  QualifiedTitle(effect.exact[i]),
+                                  NumberText(std::abs(*difference.value) / effect.exact[i].sd, 2)));
+  }
+  if (changed.empty()) return;
+  caveats.push_back(
+      fmt::format("The approximation changes {}: the parameters are those of the law that was "
+                  "simulated, not of "
+                  "the one that it stands for.",
+                  Enumerated(changed)));
+}
+
 // How two backends judge the responses of the best point that both have: "void ratio", …
 struct Verdicts {
   std::vector<std::string> missed;          // by both
@@ -361,6 +385,33 @@ std::vector<std::string> ConfirmationStatements(const StudyResults& results,
   return statements;
 }
 
+std::vector<std::string> ApproximationStatements(const StudyResults& results) {
+  std::vector<std::string> statements;
+  if (!results.approximation_effect) return statements;
+  const ApproximationEffect& effect = *results.approximation_effect;
+  for (std::size_t i = 0; i < effect.exact.size(); ++i) {
+    const ResponseResult& exact = effect.exact[i];
+    const BackendDifference difference = CompareBackends(effect.approximated[i], exact);
+    if (!difference.value) continue;
+    std::string text = fmt::format("{}: {} with the approximation, {} without, a difference of {}",
+                                   Capitalised(QualifiedTitle(exact)),
+                                   ValueText(*effect.approximated[i].simulated, exact.unit),
+                                   ValueText(*exact.simulated, exact.unit),
+                                   ValueText(*difference.value, exact.unit, 2));
+    if (difference.sd) {
+      text += fmt::format(" ± {} (standard deviation, from the particle seeds)",
+                          ValueText(*difference.sd, exact.unit, 2));
+    }
+    statements.push_back(text + ".");
+  }
+  for (const ExperimentFailure& failure : effect.failures) {
+    statements.push_back(Sentence(fmt::format("{} without the approximation gave no value, {}: {}",
+                                              ReadableName(failure.experiment),
+                                              ReadableName(failure.reason), failure.message)));
+  }
+  return statements;
+}
+
 std::string FidelityText(const StudyResults& results) {
   std::string text = results.fidelity;
   for (const ExperimentResult& experiment : results.experiments) {
@@ -514,6 +565,7 @@ std::string NoSimulationNotice(const StudyResults& results) {
 std::vector<std::string> Caveats(const StudyResults& results) {
   std::vector<std::string> caveats;
   if (!results.simulated) caveats.push_back(Sentence(NoSimulationNotice(results)));
+  AddApproximationCaveats(results, caveats);
   const EvaluationResult* best = BestEvaluation(results);
   const Conclusion conclusion = Conclude(results);
   if (conclusion.kind == Conclusion::Kind::misses || conclusion.kind == Conclusion::Kind::nothing)

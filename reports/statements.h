@@ -49,6 +49,10 @@ std::string ConfirmationHeadline(const StudyResults& results,
 std::vector<std::string> ConfirmationStatements(const StudyResults& results,
                                                 const ConfirmationResult& confirmation);
 
+/// A sentence on each response by how much the study's approximations change it; empty where that
+/// was not measured.
+std::vector<std::string> ApproximationStatements(const StudyResults& results);
+
 /// "quick", "quick; shear: standard".
 std::string FidelityText(const StudyResults& results);
 

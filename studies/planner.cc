@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 
+#include "backends/registry.h"
 #include "core/hash.h"
 #include "core/random.h"
 
@@ -25,8 +26,8 @@ std::uint64_t ParticleSeed(const Study& study, const std::vector<double>& parame
 
 Planner::Planner(const Study& study) : Planner(study, *study.backend.backend) {}
 
-Planner::Planner(const Study& study, const Backend& backend)
-    : study_(study), backend_(backend), availability_(backend.availability()) {}
+Planner::Planner(const Study& study, const Backend& backend, Law law)
+    : study_(study), backend_(backend), law_(law), availability_(backend.availability()) {}
 
 Conditions Planner::Laboratory(std::size_t experiment) const {
   const PowderSpecification& powder = study_.powder;
@@ -50,9 +51,9 @@ Conditions Planner::Simulation(std::size_t experiment,
   const ContactParameters& contact = powder.materials.particle_particle;
   simulation.cohesion_energy_density.reset();
   simulation.surface_energy.reset();
-  if (study_.law.cohesion == ContactLaw::Cohesion::sjkr2) {
+  if (powder.law.cohesion == ContactLaw::Cohesion::sjkr2) {
     simulation.cohesion_energy_density = contact.cohesion_energy_density;
-  } else if (study_.law.cohesion == ContactLaw::Cohesion::dmt) {
+  } else if (powder.law.cohesion == ContactLaw::Cohesion::dmt) {
     simulation.surface_energy = contact.surface_energy;
   } else {
     simulation.cohesion_energy_density = 0;
@@ -84,6 +85,7 @@ SimulatedPowder Planner::MakePowder(const Conditions& simulation,
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     ApplyParameter(study_.space.parameters[i].name, parameters[i], powder);
   }
+  if (law_ == Law::simulated) study_.approximations.Apply(powder);
   return powder;
 }
 
@@ -292,6 +294,14 @@ Planner::Cost Planner::EstimateCost(const std::vector<std::size_t>& evaluate_als
     for (const std::size_t i : study_.CalibratedExperiments()) {
       if (!ExplainUnplanned(i).empty() || !planner.ExplainBackend(i).empty()) continue;
       add(confirmation.experiments, planner.CostOf(i, backend.confirm_replicates));
+    }
+  }
+  if (study_.approximations.any()) {
+    const bool own = study_.backend.backend->name() == kReferenceBackend;
+    const auto reference = MakeBackend(kReferenceBackend);
+    const Planner planner(study_, own ? *study_.backend.backend : *reference, Law::exact);
+    for (const std::size_t i : study_.CalibratedExperiments()) {
+      add(cost.approximation, planner.CostOf(i, (own ? 1 : 2) * backend.confirm_replicates));
     }
   }
   cost.seconds = cost.seconds_per_run / study_.parallel();

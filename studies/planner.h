@@ -13,6 +13,9 @@
 
 namespace powdercal {
 
+/// On which the effect of approximations is measured: it has every contact law.
+inline constexpr const char* kReferenceBackend = "embedded";
+
 /// One simulation, planned: which experiment, which particle seed, which program.
 struct PlannedRun {
   std::size_t experiment = 0;  ///< index into Study::experiments
@@ -29,9 +32,11 @@ class Planner {
  public:
   /// The study must outlive the planner.
   explicit Planner(const Study& study);
+  /// Whether programs have the law with the study's approximations, or the one that these replace.
+  enum class Law { simulated, exact };
   /// For another simulator than the study's own, which must outlive the planner as well;
   /// Prepare()d.
-  Planner(const Study& study, const Backend& backend);
+  Planner(const Study& study, const Backend& backend, Law law = Law::simulated);
 
   /// Why there is no program of an experiment, for the scaling or the experiment itself, or "".
   std::string ExplainUnplanned(std::size_t experiment) const;
@@ -87,6 +92,8 @@ class Planner {
   struct Cost {
     std::vector<ExperimentCost> experiments;
     std::vector<ConfirmationCost> confirmations;
+    /// Of measuring what the study's approximations change, on kReferenceBackend.
+    std::vector<ExperimentCost> approximation;
     int runs = 0;                ///< sum over the experiments and confirmations
     double steps_per_run = 0;    ///< mean over the runs
     double seconds_per_run = 0;  ///< mean over the runs
@@ -97,6 +104,7 @@ class Planner {
 
   const Study& study() const { return study_; }
   const Backend& backend() const { return backend_; }
+  Law law() const { return law_; }
   const Availability& availability() const { return availability_; }
 
  private:
@@ -107,6 +115,7 @@ class Planner {
 
   const Study& study_;
   const Backend& backend_;
+  Law law_;
   Availability availability_;
 };
 

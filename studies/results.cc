@@ -46,8 +46,8 @@ std::vector<ToldPoint> CollectPoints(const Ledger& ledger, const Objectives& obj
     ToldPoint point{.replicates = told->second};
     for (std::size_t i = 0; i < entry.runs.size(); ++i) {
       const LedgerRun& run = runs.at(entry.runs[i]);
-      if (run.backend == backend && entry.replicates[i] < told->second &&
-          IsTarget(run.experiment, objectives)) {
+      if (run.backend == backend && entry.replicates[i] >= 0 &&
+          entry.replicates[i] < told->second && IsTarget(run.experiment, objectives)) {
         point.runs.push_back(&run);
       }
     }
@@ -214,6 +214,27 @@ std::map<std::string, int> ReplicatesByProgram(const Planner& planner,
   return replicates;
 }
 
+// Of several versions of a backend the last; none is that of one that was absent.
+std::string KeepLastVersion(std::vector<const LedgerRun*>& runs) {
+  std::string version;
+  for (const LedgerRun* run : runs) {
+    if (!run->backend_version.empty()) version = run->backend_version;
+  }
+  std::erase_if(runs, [&](const LedgerRun* run) { return run->backend_version != version; });
+  return version;
+}
+
+std::vector<ResponseResult> MakeResponses(const Study& study, const Objectives& objectives,
+                                          const ReducedResponses& reduced) {
+  const auto observations = study.Observations();
+  std::vector<ResponseResult> responses;
+  for (std::size_t t = 0; t < objectives.targets.size(); ++t) {
+    responses.push_back(MakeResponse(objectives.targets[t], observations[t], reduced,
+                                     static_cast<Eigen::Index>(t)));
+  }
+  return responses;
+}
+
 // `runs`: all of this backend's at the best point, in the order of the ledger.
 ConfirmationResult MakeConfirmation(const Study& study, const Objectives& objectives,
                                     const std::string& backend,
@@ -221,17 +242,9 @@ ConfirmationResult MakeConfirmation(const Study& study, const Objectives& object
                                     std::vector<const LedgerRun*> runs) {
   ConfirmationResult result{.backend = backend, .outcome = kPending};
   if (runs.empty()) return result;
-  // Of several versions the last; none is that of a backend that was absent.
-  for (const LedgerRun* run : runs) {
-    if (!run->backend_version.empty()) result.version = run->backend_version;
-  }
-  std::erase_if(runs, [&](const LedgerRun* run) { return run->backend_version != result.version; });
+  result.version = KeepLastVersion(runs);
   const ReducedResponses reduced = Reduce(objectives, runs);
-  const auto observations = study.Observations();
-  for (std::size_t t = 0; t < objectives.targets.size(); ++t) {
-    result.responses.push_back(MakeResponse(objectives.targets[t], observations[t], reduced,
-                                            static_cast<Eigen::Index>(t)));
-  }
+  result.responses = MakeResponses(study, objectives, reduced);
   for (const LedgerRun* run : runs) {
     result.runs.push_back(MakeRunResult(*run, replicates.at(run->program_hash)));
     if (!run->diagnostics.law.empty()) result.law = run->diagnostics.law;
@@ -274,6 +287,35 @@ void AddConfirmations(const Planner& planner, const std::vector<double>& paramet
     results.confirmations.push_back(
         MakeConfirmation(study, study.MakeObjectives(), name, replicates, runs[name]));
   }
+}
+
+void AddApproximationEffect(const Planner& planner, const std::vector<double>& parameters,
+                            const RunsById& all, StudyResults& results) {
+  const Study& study = planner.study();
+  if (!study.approximations.any()) return;
+  const Planner exact(study, planner.backend(), Planner::Law::exact);
+  std::map<std::string, int> exact_programs = ReplicatesByProgram(exact, parameters);
+  const std::map<std::string, int> programs = ReplicatesByProgram(planner, parameters);
+  std::vector<const LedgerRun*> exact_runs;
+  std::vector<const LedgerRun*> runs;
+  for (const auto& [id, run] : all) {
+    if (run.backend != kReferenceBackend) continue;
+    if (exact_programs.contains(run.program_hash)) exact_runs.push_back(&run);
+    if (programs.contains(run.program_hash)) runs.push_back(&run);
+  }
+  if (exact_runs.empty() || runs.empty()) return;
+  const Objectives objectives = study.MakeObjectives();
+  ApproximationEffect effect{.backend = kReferenceBackend};
+  effect.version = KeepLastVersion(exact_runs);
+  std::erase_if(runs, [&](const LedgerRun* run) { return run->backend_version != effect.version; });
+  const ReducedResponses reduced = Reduce(objectives, exact_runs);
+  effect.exact = MakeResponses(study, objectives, reduced);
+  effect.approximated = MakeResponses(study, objectives, Reduce(objectives, runs));
+  effect.failures = FailuresOf(objectives, reduced, exact_runs);
+  for (const LedgerRun* run : exact_runs) {
+    effect.runs.push_back(MakeRunResult(*run, exact_programs.at(run->program_hash)));
+  }
+  results.approximation_effect = std::move(effect);
 }
 
 void AddHistory(const Study& study, const Planner& planner, const Ledger& ledger,
@@ -322,6 +364,7 @@ void AddHistory(const Study& study, const Planner& planner, const Ledger& ledger
     }
     const std::vector<double>& parameters = points[*results.best].entry.parameters;
     AddConfirmations(planner, parameters, runs, results);
+    AddApproximationEffect(planner, parameters, runs, results);
     for (std::size_t i = 0; i < study.experiments.size(); ++i) {
       if (study.experiments[i].calibrate) continue;
       AddTransfer(planner, i, parameters, runs, results.transfer);
@@ -383,6 +426,7 @@ StudyResults CollectResults(Study& study, const Ledger& ledger) {
       .fidelity = FidelityNames()[static_cast<std::size_t>(study.backend.fidelity)],
       .replicates = study.backend.replicates,
       .law = study.law.ToString(),
+      .approximations = study.approximations.Describe(study.powder.sizes),
       .scaling = study.scaling->name(),
       .scaling_description = study.scaling->Describe(),
       .study_yaml = study.ToYaml(),

@@ -7,6 +7,7 @@
 
 #include "optimizers/optimizer.h"
 #include "scaling/groups.h"
+#include "studies/approximation.h"
 
 namespace powdercal {
 
@@ -108,6 +109,17 @@ inline constexpr const char* kUnavailable = "unavailable";
 /// Outcome of a confirmation of which nothing has been run yet.
 inline constexpr const char* kPending = "pending";
 
+/// What the study's approximations change at the best point: the calibrated experiments on
+/// kReferenceBackend under both laws, from the same particles.
+struct ApproximationEffect {
+  std::string backend;
+  std::string version;
+  std::vector<ResponseResult> exact;  ///< in the order of the targets, as is `approximated`
+  std::vector<ResponseResult> approximated;
+  std::vector<ExperimentFailure> failures;  ///< of the law that is approximated
+  std::vector<RunResult> runs;              ///< under that law
+};
+
 /// Pi groups of one experiment of the study.
 struct ScalingTable {
   std::string experiment;
@@ -133,8 +145,10 @@ struct StudyResults {
   std::string fidelity;   ///< of experiments without one of their own
   std::vector<ExperimentResult> experiments;
   int replicates = 1;
-  std::string law;         ///< canonical contact law
+  std::string law;         ///< canonical contact law, before approximations
   std::string law_as_run;  ///< in the backend's terms
+  std::vector<ApproximationStatement> approximations;       ///< of the law
+  std::optional<ApproximationEffect> approximation_effect;  ///< as far as it was measured
   std::string scaling;
   std::string scaling_description;
   std::string study_yaml;  ///< resolved

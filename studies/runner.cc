@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "backends/registry.h"
 #include "core/version.h"
 
 namespace powdercal {
@@ -13,6 +14,9 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 double Seconds(Clock::duration duration) { return std::chrono::duration<double>(duration).count(); }
+
+// In the ledger: so that it does not count as a replicate of the point.
+int BesidesReplicate(int replicate) { return -1 - replicate; }
 
 constexpr auto kTick = std::chrono::milliseconds(250);
 
@@ -33,10 +37,8 @@ StudyRunner::StudyRunner(Study& study, Options options)
   std::string reason = planner_.ExplainUnsupported();
   if (reason.empty()) reason = planner_.ExplainUnsupported(options_.evaluate_also);
   if (!reason.empty()) throw InputError(reason, {.location = {study.file}});
-  for (const auto& other : study.backend.confirm_with) {
-    others_.push_back(std::make_unique<Planner>(study, *other));
-  }
   cost_ = planner_.EstimateCost(options_.evaluate_also);
+  PlanOthers();
   directory_ = std::make_unique<RunDirectory>(options_.folder, study.Fingerprint(), study.ToYaml(),
                                               study.base_folder);
   ledger_ = std::make_unique<Ledger>(directory_->ledger(), Ledger::Mode::read_write);
@@ -50,6 +52,7 @@ StudyRunner::StudyRunner(Study& study, Options options)
   }
   ledger_->SetMeta("powdercal_version", kVersion);
   ledger_->SetMeta("backend_version", availability.version);
+  ledger_->SetMeta("approximations", study.approximations.ToString());
   earlier_ = ledger_->TotalTimes();
   Replay();
 }
@@ -90,8 +93,8 @@ void StudyRunner::RunJobs(const std::function<void()>& submit) {
   }
 }
 
-// Plans the replicates of the best point that the calibration never hears of: they are in the
-// ledger like all others, but in no slot of a point.
+// Plans runs of the best point that the calibration never hears of: they are in the ledger like all
+// others, but in no slot of a point.
 void StudyRunner::PlanBesides(const Planner& planner, std::size_t experiment,
                               std::vector<Job>& jobs) {
   const LedgerCandidate& best = Incumbent()->entry;
@@ -101,12 +104,13 @@ void StudyRunner::PlanBesides(const Planner& planner, std::size_t experiment,
     jobs.push_back(
         {id,
          {.experiment = experiment, .replicate = replicate, .program = {}, .key = planned.key},
-         &planner});
+         &planner,
+         true});
     if (const auto known = ledger_->FindRun(planned.key)) {
       runs_.insert_or_assign(known->id, *known);
-      ledger_->AttachRun(known->id, id, replicate);
+      ledger_->AttachRun(known->id, id, BesidesReplicate(replicate));
     } else {
-      queue_.push_back({id, std::move(planned), &planner});
+      queue_.push_back({id, std::move(planned), &planner, true});
     }
   }
 }
@@ -120,13 +124,31 @@ void StudyRunner::RunQueue() {
   SaveTimes(true);
 }
 
-// The best point on other backends: the same programs, hence the same particles.
+void StudyRunner::PlanOthers() {
+  for (std::size_t i = 0; i < study_.backend.confirm_with.size(); ++i) {
+    others_.push_back({std::make_unique<Planner>(study_, *study_.backend.confirm_with[i]),
+                       cost_.confirmations[i].experiments});
+  }
+  if (!study_.approximations.any()) return;
+  const Backend* reference = study_.backend.backend.get();
+  if (reference->name() != kReferenceBackend) {
+    reference_ = MakeBackend(kReferenceBackend);
+    reference_->Prepare({});
+    reference = reference_.get();
+    others_.push_back({std::make_unique<Planner>(study_, *reference), cost_.approximation});
+  }
+  others_.push_back(
+      {std::make_unique<Planner>(study_, *reference, Planner::Law::exact), cost_.approximation});
+}
+
+// The best point on other backends: the same programs, hence the same particles. And what the
+// study's approximations change.
 void StudyRunner::ConfirmElsewhere() {
   const Point* best = Incumbent();
   if (best == nullptr || others_.empty()) return;
-  for (const auto& other : others_) {
+  for (const Other& other : others_) {
     for (const std::size_t experiment : study_.CalibratedExperiments()) {
-      PlanBesides(*other, experiment, confirmation_);
+      PlanBesides(*other.planner, experiment, confirmation_);
     }
   }
   if (options_.listener != nullptr) {
@@ -280,6 +302,7 @@ bool StudyRunner::Submit() {
   std::string name =
       fmt::format("{:04}-{}-{}", job.candidate, job.run.program.experiment, job.run.replicate);
   if (job.planner != &planner_) name += "-" + job.planner->backend().name();
+  if (job.planner->law() == Planner::Law::exact) name += "-exact";
   RunContext context{.work_folder = directory_->work_folder(name),
                      .keep_files = study_.budget.keep_files};
   if (study_.budget.run_timeout) {
@@ -300,7 +323,8 @@ void StudyRunner::Collect(const Executor::Finished& finished) {
   LedgerRun run = finished.run;
   outside_simulator_ += run.total_seconds - run.diagnostics.wall_seconds;
   if (run.outcome.reason == Reason::cancelled) return;  // not a result: planned again on resuming
-  run.id = ledger_->AddRun(run, job.candidate, job.run.replicate);
+  run.id = ledger_->AddRun(run, job.candidate,
+                           job.besides ? BesidesReplicate(job.run.replicate) : job.run.replicate);
   runs_.insert_or_assign(run.id, run);
   for (auto& [id, point] : points_) {
     for (Point::Slot& slot : point.slots) {
@@ -508,16 +532,14 @@ double StudyRunner::SecondsLeft() const {
     }
   }
   double besides = 0;  // of what comes after the calibration
-  for (std::size_t b = 0; b < others_.size(); ++b) {
-    const Planner& other = *others_[b];
-    const auto& expected = cost_.confirmations[b].experiments;
-    const std::vector<double> each = SecondsPerRun(other.backend().name(), expected);
-    if (confirmation_.empty()) {
-      for (const Planner::ExperimentCost& one : expected)
-        besides += one.runs * each[one.experiment];
+  for (const Other& other : others_) {
+    const std::vector<double> each = SecondsPerRun(other.planner->backend().name(), other.expected);
+    for (const Planner::ExperimentCost& one : other.expected) {
+      if (!ended_) besides += each[one.experiment] * study_.backend.confirm_replicates;
     }
     for (const Job& job : confirmation_) {
-      if (job.planner == &other && !IsDone(job.run.key)) besides += each[job.run.experiment];
+      if (job.planner != other.planner.get() || IsDone(job.run.key)) continue;
+      besides += each[job.run.experiment];
     }
   }
   if (transfer_.empty()) {

@@ -28,7 +28,7 @@ struct Progress {
   int failed = 0;                       ///< without any value
   int partial = 0;                      ///< with some values
   int running = 0;                      ///< simulations in flight
-  int confirmation_runs = 0;            ///< on other backends; 0 before the calibration has ended
+  int confirmation_runs = 0;            ///< see OnConfirmation; 0 before the calibration has ended
   int confirmation_done = 0;            ///< of these, how many have ended
   int transfer_runs = 0;                ///< of `evaluate_also`; 0 before the calibration has ended
   int transfer_done = 0;                ///< of these, how many have ended
@@ -48,7 +48,8 @@ class ProgressListener {
   /// A parameter point has all its runs; with what failed of it.
   virtual void OnEvaluation(const LedgerCandidate&, const ReducedResponses&,
                             const std::vector<ExperimentFailure>&, const Progress&) {}
-  /// The calibration has ended, and its best point is simulated on other backends.
+  /// The calibration has ended, and its best point is simulated on other backends, or under the law
+  /// that the study approximates.
   virtual void OnConfirmation(const LedgerCandidate&, const Progress&) {}
   /// The calibration has ended, and its best point is evaluated on further experiments.
   virtual void OnTransfer(const LedgerCandidate&, const Progress&) {}
@@ -64,8 +65,8 @@ class ProgressListener {
 /// A run is in the ledger before the optimizer hears of it. A point is told when all its replicates
 /// are known, and again when further replicates are added to confirm it: the best point gets
 /// `confirm_replicates` before the study ends. After that the best point is simulated on the
-/// backends of `confirm_with`, and evaluated on the experiments of `evaluate_also`, with as many
-/// replicates, of which the optimizer never hears.
+/// backends of `confirm_with`, under the law that it approximates, and evaluated on the experiments
+/// of `evaluate_also`, with as many replicates, of which the optimizer never hears.
 class StudyRunner {
  public:
   struct Options {
@@ -102,9 +103,11 @@ class StudyRunner {
     std::int64_t candidate = 0;
     PlannedRun run;
     const Planner* planner = nullptr;
+    bool besides = false;  // of the best point, after the calibration
   };
 
   void RunJobs(const std::function<void()>& submit);
+  void PlanOthers();
   void ConfirmElsewhere();
   void EvaluateTransfer();
   void PlanBesides(const Planner& planner, std::size_t experiment, std::vector<Job>& jobs);
@@ -139,8 +142,15 @@ class StudyRunner {
   Options options_;
   Objectives objectives_;
   Planner planner_;
-  std::vector<std::unique_ptr<Planner>> others_;  // of the backends of `confirm_with`
-  Planner::Cost cost_;                            // as expected before anything has run
+  Planner::Cost cost_;  // as expected before anything has run
+  // What simulates the best point besides: the backends of `confirm_with`, and the reference for
+  // what the approximations change.
+  struct Other {
+    std::unique_ptr<Planner> planner;
+    std::vector<Planner::ExperimentCost> expected;
+  };
+  std::vector<Other> others_;
+  std::unique_ptr<Backend> reference_;
   std::unique_ptr<RunDirectory> directory_;
   std::unique_ptr<Ledger> ledger_;
   std::unique_ptr<Optimizer> optimizer_;

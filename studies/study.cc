@@ -154,6 +154,10 @@ void SerializeProblem(Archive& archive, Study& study, bool calibration_only = fa
   archive.Section("material", [&](Archive& section) { study.powder.Serialize(section); });
   archive.Section("contact_law",
                   [&](Archive& section) { SerializeContactLaw(section, study.law); });
+  if (archive.reading() || study.approximations.any()) {
+    archive.Section("approximate",
+                    [&](Archive& section) { study.approximations.Serialize(section, study.law); });
+  }
   SerializeParameters(archive, study.space);
   SerializeScaling(archive, study.scaling);
   archive.Section("numerics", [&](Archive& section) { study.numerics.Serialize(section); });
@@ -185,6 +189,11 @@ void CheckConsistency(const Study& study, const Archive& archive) {
         "no cohesion: sjkr2");
   needs("surface_energy", law.cohesion == ContactLaw::Cohesion::dmt, "no cohesion: dmt");
   needs("rolling_friction", law.rolling != ContactLaw::Rolling::none, "rolling: none");
+  if (study.approximations.any() && !study.backend.backend->simulates()) {
+    throw archive.ErrorAt("approximate", fmt::format("backend '{}' simulates nothing that could be "
+                                                     "approximated",
+                                                     study.backend.backend->name()));
+  }
   if (study.CalibratedExperiments().empty()) {
     throw archive.ErrorAt("experiments",
                           "nothing to calibrate against: no experiment is 'observed' without "

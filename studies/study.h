@@ -11,6 +11,7 @@
 #include "core/archive.h"
 #include "optimizers/optimizer.h"
 #include "scaling/scaling.h"
+#include "studies/approximation.h"
 #include "studies/study_experiment.h"
 
 namespace powdercal {
@@ -61,7 +62,8 @@ struct Study {
   std::string description;
   std::uint64_t seed = 1;
   PowderSpecification powder;
-  ContactLaw law;
+  ContactLaw law;                 ///< before `approximations` replace parts of it
+  Approximations approximations;  ///< section `approximate`
   SearchSpace space;
   std::unique_ptr<Scaling> scaling;
   Numerics numerics;

@@ -241,6 +241,22 @@ TEST(HtmlReportTest, ConfirmationsHaveACardOfTheirOwn) {
   EXPECT_THAT(Markup(HtmlReport(JointSample())), Not(HasSubstr("card wide confirmations")));
 }
 
+TEST(HtmlReportTest, ApproximationsHaveACardOfTheirOwn) {
+  StudyResults results = ApproximationSample();
+  const std::string markup = Markup(HtmlReport(results));
+  const auto card = markup.find("<section class=\"card wide approximation\">");
+  ASSERT_NE(card, std::string::npos);
+  const std::string text = markup.substr(card, markup.find("</section>", card) - card);
+  for (const char* part : {"dmt_pull_off", "SJKR2 is &lt;approximated&gt; by DMT.", "+0.02",
+                           "shear without the approximation: timeout", "Both with embedded"}) {
+    EXPECT_THAT(text, HasSubstr(part));
+  }
+  EXPECT_THAT(Unbalanced(markup), testing::IsEmpty());
+  results.approximation_effect.reset();
+  EXPECT_THAT(Markup(HtmlReport(results)), HasSubstr("has not been measured"));
+  EXPECT_THAT(Markup(HtmlReport(JointSample())), Not(HasSubstr("card wide approximation")));
+}
+
 TEST(HtmlReportTest, PartialFailuresSayWhichExperiment) {
   const std::string markup = Markup(HtmlReport(TransferSample()));
   EXPECT_THAT(markup, HasSubstr("1 partly failed</strong> (1 shear: not quasi static)"));

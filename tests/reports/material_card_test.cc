@@ -71,6 +71,14 @@ TEST(MaterialCardTest, SaysWhatOtherBackendsMakeOfTheParameters) {
   EXPECT_FALSE(YAML::Load(MaterialCard(JointSample()))["confirmations"]);
 }
 
+TEST(MaterialCardTest, NamesApproximationsWithTheirEffect) {
+  const YAML::Node card = YAML::Load(MaterialCard(ApproximationSample()));
+  EXPECT_EQ(card["approximations"][0]["part"].as<std::string>(), "cohesion");
+  EXPECT_EQ(card["approximations"][0]["name"].as<std::string>(), "dmt_pull_off");
+  EXPECT_EQ(card["approximation_effect"].size(), 2u);
+  EXPECT_FALSE(YAML::Load(MaterialCard(JointSample()))["approximations"]);
+}
+
 TEST(MaterialCardTest, SaysHowTheParametersDoWhereTheyWereNotFitted) {
   const YAML::Node card = YAML::Load(MaterialCard(TransferSample()));
   const YAML::Node coverage = card["transfer"]["responses"]["spreading.coverage"];

@@ -169,6 +169,22 @@ TEST(ResultsJsonTest, ConfirmationsStandApartFromTheFit) {
   EXPECT_TRUE(ResultsToJson(JointSample()).at("confirmations").empty());
 }
 
+TEST(ResultsJsonTest, ApproximationsHaveTheirEffect) {
+  const json root = ResultsToJson(ApproximationSample());
+  EXPECT_EQ(root.at("study").at("approximations")[0].at("name"), "dmt_pull_off");
+  const json& effect = root.at("approximation_effect");
+  EXPECT_EQ(effect.at("backend"), "embedded");
+  const json& ratio = effect.at("responses").at("consolidation.void_ratio");
+  EXPECT_NEAR(ratio.at("difference").get<double>(), 0.02, 1e-12);
+  EXPECT_NEAR(ratio.at("exact").at("simulated").get<double>(), 0.763, 1e-12);
+  EXPECT_TRUE(effect.at("responses").at("shear.stress_3kPa").at("difference").is_null());
+  EXPECT_EQ(effect.at("failures")[0].at("outcome"), "timeout");
+  EXPECT_EQ(root.at("runs").back().at("id"), 950);
+  const json plain = ResultsToJson(JointSample());
+  EXPECT_TRUE(plain.at("approximation_effect").is_null());
+  EXPECT_TRUE(plain.at("study").at("approximations").empty());
+}
+
 TEST(ResultsJsonTest, PartialFailuresNameTheExperiment) {
   const json root = ResultsToJson(TransferSample());
   EXPECT_EQ(root.at("evaluations").at("partial"), 1);

@@ -351,6 +351,30 @@ StudyResults ConfirmationSample() {
   return results;
 }
 
+StudyResults ApproximationSample() {
+  StudyResults results = JointSample();
+  results.approximations = {
+      {.part = "cohesion", .name = "dmt_pull_off", .text = "SJKR2 is <approximated> by DMT."}};
+  ApproximationEffect effect{.backend = "embedded", .version = "1"};
+  effect.approximated = results.history[*results.best].responses;
+  for (ResponseResult& response : effect.approximated) {
+    response.simulated = response.observed;
+    response.replicates = 4;
+    response.seed_sd = 0.4 * response.sd;
+  }
+  effect.exact = effect.approximated;
+  *effect.exact[0].simulated -= 0.02;
+  for (std::size_t r = 1; r < effect.exact.size(); ++r) effect.exact[r].simulated.reset();
+  effect.failures = {{.experiment = "shear",
+                      .reason = "timeout",
+                      .message = "no result within 600 s",
+                      .failed_runs = 4,
+                      .runs = 4}};
+  effect.runs = {{.id = 950, .experiment = "consolidation", .backend = "embedded", .reason = "ok"}};
+  results.approximation_effect = effect;
+  return results;
+}
+
 StudyResults ParetoSample(int objectives) {
   StudyResults results = JointSample();
   results.study = "hastelloy-x-pareto";

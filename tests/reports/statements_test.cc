@@ -198,6 +198,28 @@ TEST(ConfirmationTest, BackendsMayAgreeInAMissAndOneMayBePending) {
   EXPECT_THAT(Caveats(results), testing::Not(testing::Contains(testing::HasSubstr("embedded"))));
 }
 
+TEST(ApproximationTest, SaysWhatItChanges) {
+  StudyResults results = ApproximationSample();
+  EXPECT_THAT(
+      ApproximationStatements(results),
+      testing::ElementsAre(
+          testing::HasSubstr("Void ratio of consolidation: 0.783 with the approximation, 0.763 "
+                             "without, a difference of 0.02 ± 0.0028"),
+          "Shear without the approximation gave no value, timeout: no result within 600 s."));
+  EXPECT_THAT(Caveats(results), testing::Contains("SJKR2 is <approximated> by DMT."));
+  EXPECT_THAT(Caveats(results),
+              testing::Contains("The approximation changes the void ratio of consolidation by 2 "
+                                "standard deviations of the observation: the parameters are those "
+                                "of the law that was simulated, not of the one that it stands "
+                                "for."));
+  *results.approximation_effect->exact[0].simulated += 0.015;
+  EXPECT_THAT(Caveats(results),
+              testing::Not(testing::Contains(testing::HasSubstr("The approximation changes"))))
+      << "by half of one";
+  results.approximation_effect.reset();
+  EXPECT_THAT(ApproximationStatements(results), testing::IsEmpty());
+}
+
 TEST(FidelityTextTest, NamesExperimentsWithTheirOwn) {
   EXPECT_EQ(FidelityText(TransferSample()), "quick; shear: standard");
 }
