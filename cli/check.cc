@@ -51,6 +51,12 @@ std::string DescribeProgram(const Study& study, const Planner::ExperimentCost& c
       program.law.ToString());
 }
 
+std::vector<std::string> Concatenated(std::vector<std::string> first,
+                                      const std::vector<std::string>& second) {
+  first.insert(first.end(), second.begin(), second.end());
+  return first;
+}
+
 std::vector<std::size_t> ExperimentsOf(const Planner::Cost& cost) {
   std::vector<std::size_t> experiments;
   for (const Planner::ExperimentCost& one : cost.experiments) {
@@ -62,16 +68,35 @@ std::vector<std::size_t> ExperimentsOf(const Planner::Cost& cost) {
 void PrintCost(const Study& study, const Planner::Cost& cost) {
   const bool simulates = study.backend.backend->simulates();
   Print("\n# cost (right within a factor of about 2)\n");
-  for (const Planner::ExperimentCost& one : cost.experiments) {
-    Print("  {}: {} runs", study.experiments[one.experiment].name(), one.runs);
+  const auto print = [&](const Planner::ExperimentCost& one, const std::string& where) {
+    Print("  {}{}: {} runs", study.experiments[one.experiment].name(), where, one.runs);
     if (simulates) Print(", {:.2g} steps and {} each", one.steps, DurationText(one.seconds));
     Print("\n");
+  };
+  for (const Planner::ExperimentCost& one : cost.experiments) print(one, "");
+  for (const Planner::ConfirmationCost& confirmation : cost.confirmations) {
+    for (const Planner::ExperimentCost& one : confirmation.experiments) {
+      print(one, " on " + confirmation.backend);
+    }
+  }
+  for (const Planner::ExperimentCost& one : cost.approximation) {
+    print(one, fmt::format(", what the approximation changes, on {}", kReferenceBackend));
   }
   if (simulates) {
     Print("  {} runs, {} in all with {} at a time\n", cost.runs, DurationText(cost.seconds),
           study.parallel());
   } else {
     Print("  {}\n", kNoSimulation);
+  }
+}
+
+// Where the best point will be confirmed, and where it cannot be.
+void PrintConfirmations(const Study& study) {
+  for (const auto& other : study.backend.confirm_with) {
+    const Availability availability = other->availability();
+    Print("  confirmation: {} {}, {} particle seeds\n", other->name(),
+          availability.available ? availability.version : "(absent)",
+          study.backend.confirm_replicates);
   }
 }
 
@@ -91,6 +116,10 @@ void PrintText(Study& study, const Planner& planner, const std::vector<std::size
   Print("  backend: {} {}{}\n  optimizer: {}\n", backend.name(),
         availability.available ? availability.version : "(absent)",
         how.empty() ? "" : " (" + how + ")", study.optimizer->Describe());
+  for (const auto& one : study.approximations.Describe(study.powder.sizes)) {
+    Print("  approximation of {}: {}\n    {}\n", one.part, one.name, one.text);
+  }
+  PrintConfirmations(study);
   Print("\n# scaling '{}': {}\n", study.scaling->name(), study.scaling->Describe());
   const std::vector<ScalingTable> tables = planner.ScalingTables(ExperimentsOf(cost), centre);
   for (const ScalingTable& table : tables) {
@@ -102,6 +131,7 @@ void PrintText(Study& study, const Planner& planner, const std::vector<std::size
         ModeTable(CompareModes(study, ExperimentsOf(cost))));
   for (const std::string& warning : planner.Warnings(evaluate_also))
     Print("warning: {}\n", warning);
+  for (const std::string& warning : planner.ConfirmationWarnings()) Print("warning: {}\n", warning);
   if (blocked.empty()) {
     Print("\nready to run\n");
   } else {
@@ -110,19 +140,28 @@ void PrintText(Study& study, const Planner& planner, const std::vector<std::size
 }
 
 json CostToJson(const Study& study, const Planner::Cost& cost) {
-  json experiments = json::array();
-  for (const Planner::ExperimentCost& one : cost.experiments) {
-    experiments.push_back({{"experiment", study.experiments[one.experiment].name()},
-                           {"runs", one.runs},
-                           {"particles", one.particles},
-                           {"steps", one.steps},
-                           {"seconds", one.seconds}});
+  const auto list = [&](const std::vector<Planner::ExperimentCost>& costs) {
+    json experiments = json::array();
+    for (const Planner::ExperimentCost& one : costs) {
+      experiments.push_back({{"experiment", study.experiments[one.experiment].name()},
+                             {"runs", one.runs},
+                             {"particles", one.particles},
+                             {"steps", one.steps},
+                             {"seconds", one.seconds}});
+    }
+    return experiments;
+  };
+  json confirmations = json::array();
+  for (const Planner::ConfirmationCost& one : cost.confirmations) {
+    confirmations.push_back({{"backend", one.backend}, {"experiments", list(one.experiments)}});
   }
   return {{"runs", cost.runs},
           {"steps_per_run", cost.steps_per_run},
           {"seconds_per_run", cost.seconds_per_run},
           {"seconds", cost.seconds},
-          {"experiments", std::move(experiments)}};
+          {"experiments", list(cost.experiments)},
+          {"confirmations", std::move(confirmations)},
+          {"approximation", list(cost.approximation)}};
 }
 
 void PrintJson(Study& study, const Planner& planner, const std::vector<std::size_t>& evaluate_also,
@@ -141,25 +180,38 @@ void PrintJson(Study& study, const Planner& planner, const std::vector<std::size
          {"law", run.program.law.ToString()},
          {"hash", run.program_hash}});
   }
+  json confirmations = json::array();
+  for (const auto& other : study.backend.confirm_with) {
+    const Planner elsewhere(study, *other);
+    confirmations.push_back(
+        {{"backend", other->name()},
+         {"available", elsewhere.availability().available},
+         {"version", elsewhere.availability().version},
+         {"problem", elsewhere.availability().available ? elsewhere.ExplainUnsupported()
+                                                        : elsewhere.availability().why_not}});
+  }
   const json groups = PiGroupsToJson(planner.ScalingTables(ExperimentsOf(cost), planner.Centre()));
   const Availability& availability = planner.availability();
-  const json document = {{"schema", 1},
-                         {"study", study.name},
-                         {"fingerprint", study.Fingerprint()},
-                         {"resolved", study.ToYaml()},
-                         {"ready", blocked.empty()},
-                         {"problem", blocked},
-                         {"warnings", planner.Warnings(evaluate_also)},
-                         {"backend",
-                          {{"name", study.backend.backend->name()},
-                           {"available", availability.available},
-                           {"version", availability.version},
-                           {"description", study.backend.backend->Describe()},
-                           {"simulates", study.backend.backend->simulates()}}},
-                         {"programs", programs},
-                         {"pi_groups", groups},
-                         {"cost", CostToJson(study, cost)},
-                         {"modes", ModesToJson(CompareModes(study, ExperimentsOf(cost)))}};
+  const json document = {
+      {"schema", 1},
+      {"study", study.name},
+      {"fingerprint", study.Fingerprint()},
+      {"resolved", study.ToYaml()},
+      {"ready", blocked.empty()},
+      {"problem", blocked},
+      {"warnings", Concatenated(planner.Warnings(evaluate_also), planner.ConfirmationWarnings())},
+      {"backend",
+       {{"name", study.backend.backend->name()},
+        {"available", availability.available},
+        {"version", availability.version},
+        {"description", study.backend.backend->Describe()},
+        {"simulates", study.backend.backend->simulates()}}},
+      {"approximations", ApproximationsToJson(study.approximations.Describe(study.powder.sizes))},
+      {"confirmations", confirmations},
+      {"programs", programs},
+      {"pi_groups", groups},
+      {"cost", CostToJson(study, cost)},
+      {"modes", ModesToJson(CompareModes(study, ExperimentsOf(cost)))}};
   Print("{}\n", document.dump(2));
 }
 

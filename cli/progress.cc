@@ -59,13 +59,19 @@ void ProgressDisplay::Begin(const std::string& header) {
 void ProgressDisplay::OnResume(int evaluations) { resumed_ = evaluations; }
 
 void ProgressDisplay::OnRun(const LedgerRun& run, const Progress& progress) {
+  const bool elsewhere = phase_ == Phase::confirmation;
+  const bool own = run.backend == study_.backend.backend->name();
+  const std::string what = run.experiment + (!elsewhere ? ""
+                                             : own      ? " without the approximation"
+                                                        : " on " + run.backend);
   if (!run.outcome.ok()) {
-    Line(fmt::format("        {} failed, {}: {}", run.experiment, ToString(run.outcome.reason),
+    Line(fmt::format("        {} failed, {}: {}", what, ToString(run.outcome.reason),
                      run.outcome.message));
-  } else if (transferring_) {
-    Line(fmt::format("{:3}/{} {} with particle seed {}: ok, {}", progress.transfer_done,
-                     progress.transfer_runs, run.experiment, run.seed,
-                     DurationText(run.diagnostics.wall_seconds)));
+  } else if (phase_ != Phase::calibration) {
+    Line(fmt::format("{:3}/{} {} with particle seed {}: ok, {}",
+                     elsewhere ? progress.confirmation_done : progress.transfer_done,
+                     elsewhere ? progress.confirmation_runs : progress.transfer_runs, what,
+                     run.seed, DurationText(run.diagnostics.wall_seconds)));
   }
 }
 
@@ -86,8 +92,21 @@ void ProgressDisplay::OnEvaluation(const LedgerCandidate& candidate,
       best ? "  * best so far" : ""));
 }
 
+void ProgressDisplay::OnConfirmation(const LedgerCandidate& candidate, const Progress& progress) {
+  phase_ = Phase::confirmation;
+  std::string where;
+  if (!study_.backend.confirm_with.empty()) where = "on other backends";
+  if (study_.approximations.any()) {
+    where +=
+        fmt::format("{}without the approximation of the contact law", where.empty() ? "" : " and ");
+  }
+  Line(fmt::format("the best point, #{}, {}: {} of {} runs are in the ledger",
+                   candidate.candidate.id, where, progress.confirmation_done,
+                   progress.confirmation_runs));
+}
+
 void ProgressDisplay::OnTransfer(const LedgerCandidate& candidate, const Progress& progress) {
-  transferring_ = true;
+  phase_ = Phase::transfer;
   Line(
       fmt::format("the best point, #{}, on experiments that were not calibrated: {} of {} runs "
                   "are in the ledger",
@@ -97,8 +116,12 @@ void ProgressDisplay::OnTransfer(const LedgerCandidate& candidate, const Progres
 void ProgressDisplay::OnTick(const Progress& progress) {
   if (!terminal_) return;
   constexpr int kWidth = 20;
-  const int done = transferring_ ? progress.transfer_done : progress.done;
-  const int all = transferring_ ? progress.transfer_runs : progress.budget;
+  const int done = phase_ == Phase::calibration    ? progress.done
+                   : phase_ == Phase::confirmation ? progress.confirmation_done
+                                                   : progress.transfer_done;
+  const int all = phase_ == Phase::calibration    ? progress.budget
+                  : phase_ == Phase::confirmation ? progress.confirmation_runs
+                                                  : progress.transfer_runs;
   const int filled = all > 0 ? std::min(kWidth, kWidth * done / all) : 0;
   std::string text = fmt::format("[{}{}] {}/{}  {} running  {} failed",
                                  std::string(static_cast<std::size_t>(filled), '#'),

@@ -21,6 +21,7 @@ class ProgressDisplay final : public ProgressListener {
   void OnEvaluation(const LedgerCandidate& candidate, const ReducedResponses& responses,
                     const std::vector<ExperimentFailure>& failures,
                     const Progress& progress) override;
+  void OnConfirmation(const LedgerCandidate& candidate, const Progress& progress) override;
   void OnTransfer(const LedgerCandidate& candidate, const Progress& progress) override;
   void OnTick(const Progress& progress) override;
 
@@ -33,7 +34,7 @@ class ProgressDisplay final : public ProgressListener {
   bool terminal_;
   bool status_shown_ = false;
   int resumed_ = 0;  // evaluations that the ledger held
-  bool transferring_ = false;
+  enum class Phase { calibration, confirmation, transfer } phase_ = Phase::calibration;
 };
 
 }  // namespace powdercal::cli

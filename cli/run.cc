@@ -64,8 +64,14 @@ int RunStudy(Study& study, const std::filesystem::path& folder,
                               study.name, study.optimizer->name(), study.backend.backend->name(),
                               availability.version, study.parallel(), folder.string()));
     if (!study.backend.backend->simulates()) Say("{}\n", kNoSimulation);
-    for (const std::string& warning : Planner(study).Warnings(transfer))
+    for (const auto& approximation : study.approximations.Describe(study.powder.sizes)) {
+      Say("approximation: {}\n", approximation.text);
+    }
+    const Planner planner(study);
+    for (const std::string& warning : planner.Warnings(transfer)) Say("warning: {}\n", warning);
+    for (const std::string& warning : planner.ConfirmationWarnings()) {
       Say("warning: {}\n", warning);
+    }
     end = runner.Run();
   }
   // Opened for writing, so that SQLite folds its side files into the ledger when it closes.

@@ -15,6 +15,7 @@
 #include "cli/signals.h"
 #include "cli/text.h"
 #include "core/quantity.h"
+#include "reports/results_json.h"
 #include "studies/executor.h"
 #include "studies/planner.h"
 
@@ -210,6 +211,8 @@ int Simulate(Options options) {
       options, planner, values,
       {.work_folder = folder, .keep_files = keep, .snapshot_interval = interval}, executor);
   if (!study.backend.backend->simulates()) Say("{}\n", kNoSimulation);
+  const auto approximations = study.approximations.Describe(study.powder.sizes);
+  for (const auto& one : approximations) Say("approximation: {}\n", one.text);
   if (interval > 0) {
     for (const auto& work_folder : folders) {
       Say("snapshots: {}\n", (work_folder / kSnapshotFolder).string());
@@ -234,6 +237,7 @@ int Simulate(Options options) {
     json document = {{"schema", 1},
                      {"study", study.name},
                      {"simulated", study.backend.backend->simulates()},
+                     {"approximations", ApproximationsToJson(approximations)},
                      {"runs", list}};
     for (std::size_t i = 0; i < values.size(); ++i) {
       document["parameters"][study.space.parameters[i].name] = values[i];

@@ -92,6 +92,23 @@ std::string Summary(const StudyResults& results) {
     }
     for (const ResponseResult& response : best.responses) text += Response(response, true);
     text += fmt::format("  chi2 = {:.3g}\n", best.chi2.value_or(0));
+    if (results.approximation_effect) {
+      text += "what the approximation of the contact law changes:\n";
+      for (const std::string& statement : ApproximationStatements(results)) {
+        text += "  " + statement + "\n";
+      }
+    }
+    for (const ConfirmationResult& confirmation : results.confirmations) {
+      text += "on " + confirmation.backend + ":\n";
+      for (const ResponseResult& response : confirmation.responses) {
+        if (response.simulated) text += Response(response, true);
+      }
+      for (const std::string& statement : ConfirmationStatements(results, confirmation)) {
+        text += "  " + statement + "\n";
+      }
+      if (confirmation.chi2) text += fmt::format("  chi2 = {:.3g}\n", *confirmation.chi2);
+      text += "  " + ConfirmationHeadline(results, confirmation) + "\n";
+    }
     if (!results.transfer.experiments.empty()) {
       text += "the best point on what was not fitted:\n";
       for (const ResponseResult& response : results.transfer.responses) {

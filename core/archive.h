@@ -79,7 +79,7 @@ class Archive {
   /// A name out of `valid`. `what` names it in errors ("backend", "optimizer").
   virtual void Choice(std::string_view key, std::string& value, std::string_view what,
                       std::span<const std::string> valid) = 0;
-  /// A list of names, each out of `valid` and none twice.
+  /// A list of names out of `valid`, each at most once; a single name is short for a list of one.
   virtual void Names(std::string_view key, std::vector<std::string>& names, std::string_view what,
                      std::span<const std::string> valid) = 0;
   /// An enumeration: `names[i]` is the spelling of static_cast<E>(i).

@@ -177,32 +177,25 @@ class YamlReader final : public Archive {
 
   void Choice(std::string_view key, std::string& value, std::string_view what,
               std::span<const std::string> valid) override {
-    const auto node = Take(key);
-    if (!node) return;
-    const std::string name = ScalarText(*node, key, fmt::format("the name of one {}", what));
-    if (std::find(valid.begin(), valid.end(), name) == valid.end()) {
-      throw UnknownName(what, name, valid, {.location = Location(*node), .key = PathTo(key)});
-    }
-    value = name;
+    if (const auto node = Take(key)) value = ReadChoice(*node, key, what, valid);
   }
 
   void Names(std::string_view key, std::vector<std::string>& names, std::string_view what,
              std::span<const std::string> valid) override {
     const auto node = Take(key);
     if (!node) return;
-    if (!node->IsSequence()) {
-      throw Error(*node, key, fmt::format("expected a list, found {}", KindOf(*node)));
-    }
+    if (node->IsMap()) throw Error(*node, key, "expected a list, found a map");
     names.clear();
+    if (node->IsScalar()) {
+      names.push_back(ReadChoice(*node, key, what, valid));
+      return;
+    }
     for (const YAML::Node& item : *node) {
-      const std::string name = ScalarText(item, key, fmt::format("the name of one {}", what));
-      if (std::find(valid.begin(), valid.end(), name) == valid.end()) {
-        throw UnknownName(what, name, valid, {.location = Location(item), .key = PathTo(key)});
-      }
+      std::string name = ReadChoice(item, key, what, valid);
       if (std::find(names.begin(), names.end(), name) != names.end()) {
         throw Error(item, key, "named twice");
       }
-      names.push_back(name);
+      names.push_back(std::move(name));
     }
   }
 
@@ -349,6 +342,15 @@ class YamlReader final : public Archive {
       throw Error(node, key, fmt::format("expected {}, found {}", expected, KindOf(node)));
     }
     return node.Scalar();
+  }
+
+  std::string ReadChoice(const YAML::Node& node, std::string_view key, std::string_view what,
+                         std::span<const std::string> valid) const {
+    std::string name = ScalarText(node, key, fmt::format("the name of one {}", what));
+    if (std::find(valid.begin(), valid.end(), name) == valid.end()) {
+      throw UnknownName(what, name, valid, {.location = Location(node), .key = PathTo(key)});
+    }
+    return name;
   }
 
   double ReadQuantity(const YAML::Node& node, std::string_view key, std::string_view unit,

@@ -85,7 +85,7 @@ std::string RunRow(std::int64_t evaluation, const RunResult& run) {
   std::string row = run.reason == "ok" ? "<tr>" : "<tr class=\"failed\">";
   row +=
       fmt::format("<td class=\"number\">{}</td><td class=\"number\">{}</td>", run.id, evaluation);
-  row += TextCell(run.experiment) +
+  row += TextCell(run.experiment) + TextCell(run.backend) +
          fmt::format("<td class=\"number\">{}</td><td class=\"number\">{}</td><td>{}</td>",
                      run.replicate, run.seed, OutcomeTag(run.reason));
   row += NumberCell(run.wall_seconds, 3) +
@@ -161,12 +161,19 @@ std::string RunsTable(const StudyResults& results) {
     count += static_cast<int>(runs.size());
   };
   for (const EvaluationResult& evaluation : results.history) add(evaluation, evaluation.runs);
-  if (const EvaluationResult* best = BestEvaluation(results)) add(*best, results.transfer.runs);
+  if (const EvaluationResult* best = BestEvaluation(results)) {
+    for (const ConfirmationResult& confirmation : results.confirmations) {
+      add(*best, confirmation.runs);
+    }
+    if (results.approximation_effect) add(*best, results.approximation_effect->runs);
+    add(*best, results.transfer.runs);
+  }
   if (count == 0) return "";
   return fmt::format(
       "<details><summary>{} behind these evaluations</summary>\n<div class=\"scroll\">"
       "<table class=\"sortable\"><thead><tr><th class=\"number\">run</th>"
-      "<th class=\"number\">evaluation</th><th>experiment</th><th class=\"number\">replicate</th>"
+      "<th class=\"number\">evaluation</th><th>experiment</th><th>backend</th><th "
+      "class=\"number\">replicate</th>"
       "<th class=\"number\">particle seed</th><th>outcome</th><th class=\"number\">wall (s)</th>"
       "<th>program</th><th>message</th></tr></thead><tbody>\n{}</tbody></table></div></details>\n",
       CountText(count, results.simulated ? "simulation" : "answer"), rows);

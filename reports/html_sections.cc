@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -127,6 +128,124 @@ std::string FitCard(const StudyResults& results) {
   return html + "</section>\n";
 }
 
+std::string ConfirmationRow(const ResponseResult& other, const ResponseResult& own) {
+  const BackendDifference difference = CompareBackends(other, own);
+  std::string off = "none";
+  if (difference.value) {
+    off = (*difference.value > 0 ? "+" : "") + Value(*difference.value, other.unit, 2);
+    if (difference.sd) {
+      off += fmt::format("<br><span class=\"small muted\">± {}</span>",
+                         Value(*difference.sd, other.unit, 2));
+    }
+  }
+  const Fit fit = JudgeFit(other);
+  const std::string verdict = !other.simulated ? "<span class=\"tag bad\">no value</span>"
+                              : fit.within     ? "<span class=\"tag good\">as observed</span>"
+                                               : "<span class=\"tag bad\">off</span>";
+  const std::size_t dot = other.name.rfind('.');
+  return fmt::format(
+      "<tr><td><strong>{}</strong><br><span class=\"small muted\">{}</span></td>"
+      "<td class=\"number\">{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td>"
+      "<td class=\"number\">{}<br><span class=\"small muted\">± {}</span></td><td>{}</td></tr>\n",
+      H(ReadableName(other.name)), H(ReadableName(other.name.substr(0, dot))), SimulatedCell(other),
+      SimulatedCell(own), off, Value(other.observed, other.unit), Value(other.sd, other.unit, 2),
+      verdict);
+}
+
+std::string ApproximationRow(const ResponseResult& exact, const ResponseResult& approximated) {
+  const BackendDifference difference = CompareBackends(approximated, exact);
+  std::string off = "none";
+  if (difference.value) {
+    off = (*difference.value > 0 ? "+" : "") + Value(*difference.value, exact.unit, 2);
+    if (difference.sd) {
+      off += fmt::format("<br><span class=\"small muted\">± {}</span>",
+                         Value(*difference.sd, exact.unit, 2));
+    }
+  }
+  return fmt::format(
+      "<tr><td><strong>{}</strong><br><span class=\"small muted\">{}</span></td>"
+      "<td class=\"number\">{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td>"
+      "<td class=\"number\">{}</td></tr>\n",
+      H(ReadableName(exact.name)), H(ReadableName(exact.name.substr(0, exact.name.rfind('.')))),
+      SimulatedCell(approximated), SimulatedCell(exact), off, Value(exact.sd, exact.unit, 2));
+}
+
+// What the contact law is not, and what that changes.
+std::string ApproximationCard(const StudyResults& results) {
+  if (results.approximations.empty()) return "";
+  std::string html =
+      "<section class=\"card wide approximation\"><h3>Approximation: the contact law as simulated "
+      "is not the one that the parameters are of</h3>\n";
+  for (const ApproximationStatement& approximation : results.approximations) {
+    html += fmt::format("<p><strong>{}: {}.</strong> {}</p>\n", H(approximation.part),
+                        H(approximation.name), H(approximation.text));
+  }
+  if (!results.approximation_effect) {
+    return html +
+           "<p class=\"muted\">What it changes has not been measured at the best point yet.</p>"
+           "</section>\n";
+  }
+  const ApproximationEffect& effect = *results.approximation_effect;
+  html +=
+      "<table>\n<thead><tr><th>response at the best point</th><th class=\"number\">with the "
+      "approximation</th><th class=\"number\">without</th><th class=\"number\">difference</th>"
+      "<th class=\"number\">sd of the observation</th></tr></thead><tbody>\n";
+  for (std::size_t i = 0; i < effect.exact.size(); ++i) {
+    html += ApproximationRow(effect.exact[i], effect.approximated[i]);
+  }
+  html += fmt::format(
+      "</tbody></table>\n<p class=\"muted small\">Both with {}, version {}, from the same "
+      "particles "
+      "at the start; the difference's standard deviation is from the scatter between particle "
+      "seeds.</p>\n",
+      H(effect.backend), H(effect.version));
+  for (const ExperimentFailure& failure : effect.failures) {
+    html += fmt::format("<p>{} without the approximation: {}, {}.</p>\n",
+                        H(ReadableName(failure.experiment)), H(ReadableName(failure.reason)),
+                        H(failure.message));
+  }
+  return html + "</section>\n";
+}
+
+// The best point on other backends.
+std::string ConfirmationCard(const StudyResults& results) {
+  const EvaluationResult* best = BestEvaluation(results);
+  if (best == nullptr || results.confirmations.empty()) return "";
+  std::string html =
+      "<section class=\"card wide confirmations\"><h3>Confirmation: the best point on other "
+      "backends</h3>\n";
+  bool compared = false;
+  for (const ConfirmationResult& confirmation : results.confirmations) {
+    html +=
+        fmt::format("<p><strong>{}</strong></p>\n", H(ConfirmationHeadline(results, confirmation)));
+    const bool known =
+        std::any_of(confirmation.responses.begin(), confirmation.responses.end(),
+                    [](const ResponseResult& response) { return response.simulated.has_value(); });
+    if (!known) continue;
+    compared = true;
+    html += fmt::format(
+        "<table>\n<thead><tr><th>response</th><th class=\"number\">{}</th><th class=\"number\">{}"
+        "</th><th class=\"number\">difference</th><th class=\"number\">observed ± sd</th>"
+        "<th>verdict on {}</th></tr></thead><tbody>\n",
+        H(confirmation.backend), H(results.backend), H(confirmation.backend));
+    for (std::size_t i = 0; i < confirmation.responses.size() && i < best->responses.size(); ++i) {
+      html += ConfirmationRow(confirmation.responses[i], best->responses[i]);
+    }
+    html += "</tbody></table>\n";
+    if (confirmation.chi2) {
+      html += fmt::format("<p class=\"muted small\">χ² = {} on {}.</p>\n",
+                          H(NumberText(*confirmation.chi2, 3)), H(confirmation.backend));
+    }
+  }
+  if (compared) {
+    html +=
+        "<p class=\"muted small\">Same programs, hence the same particles at the start. The "
+        "difference's standard deviation is from the scatter between particle seeds on both "
+        "sides.</p>\n";
+  }
+  return html + "</section>\n";
+}
+
 // The best point where it was not fitted.
 std::string TransferCard(const StudyResults& results) {
   if (results.transfer.experiments.empty()) return "";
@@ -197,11 +316,14 @@ std::string HowCard(const StudyResults& results) {
   int failed_runs = 0;
   const auto count = [&](const std::vector<RunResult>& more) {
     for (const RunResult& run : more) {
+      if (run.reason == "unsupported") continue;  // nothing was simulated
       ++runs;
       if (run.reason != "ok") ++failed_runs;
     }
   };
   for (const EvaluationResult& evaluation : results.history) count(evaluation.runs);
+  for (const ConfirmationResult& confirmation : results.confirmations) count(confirmation.runs);
+  if (results.approximation_effect) count(results.approximation_effect->runs);
   count(results.transfer.runs);
   std::string evaluations = fmt::format("<strong>{}</strong>: {} ok, {}", results.total, results.ok,
                                         FailuresText(results));
@@ -276,7 +398,8 @@ std::string SummarySection(const StudyResults& results) {
              "<div class=\"cards\">\n",
              kClasses[static_cast<int>(conclusion.kind)], H(conclusion.headline),
              H(conclusion.detail)) +
-         ParametersCard(results) + FitCard(results) + TransferCard(results) + HowCard(results) +
+         ParametersCard(results) + FitCard(results) + ApproximationCard(results) +
+         ConfirmationCard(results) + TransferCard(results) + HowCard(results) +
          CaveatsCard(results) + "</div>\n";
 }
 
@@ -355,8 +478,18 @@ std::string ProvenanceSection(const StudyResults& results) {
                                  (results.optimizer_description.empty() ? "" : ": ") +
                                  H(results.optimizer_description));
   html += Entry("Contact law", H(results.law));
+  for (const ApproximationStatement& one : results.approximations) {
+    html += Entry("Approximation of " + one.part, H(one.name));
+  }
   if (results.law_as_run != results.law) {
     html += Entry("Contact law as run", H(results.law_as_run));
+  }
+  for (const ConfirmationResult& confirmation : results.confirmations) {
+    if (confirmation.version.empty()) continue;
+    html += Entry("Confirmed with",
+                  fmt::format("<strong>{}</strong>, version {}{}", H(confirmation.backend),
+                              H(confirmation.version),
+                              confirmation.law.empty() ? "" : "; " + H(confirmation.law)));
   }
   html += Entry("State", H(results.state));
   std::vector<ResponseResult> compared = TargetResponses(results);

@@ -60,10 +60,13 @@ void EmitParameters(YAML::Emitter& out, const StudyResults& results, const Evalu
   out << YAML::EndMap;
 }
 
-void EmitResponses(YAML::Emitter& out, const std::vector<ResponseResult>& responses) {
+// `own`: of the study's own backend, to compare with; or empty.
+void EmitResponses(YAML::Emitter& out, const std::vector<ResponseResult>& responses,
+                   const std::vector<ResponseResult>& own = {}) {
   Key(out, "responses");
   out << YAML::BeginMap;
-  for (const ResponseResult& response : responses) {
+  for (std::size_t i = 0; i < responses.size(); ++i) {
+    const ResponseResult& response = responses[i];
     const Fit fit = JudgeFit(response);
     Key(out, response.name.c_str());
     out << YAML::BeginMap;
@@ -81,6 +84,11 @@ void EmitResponses(YAML::Emitter& out, const std::vector<ResponseResult>& respon
     Key(out, "replicates");
     out << response.replicates;
     if (response.replicates > 1) Number(out, "seed_sd", response.seed_sd);
+    if (i < own.size()) {
+      const BackendDifference difference = CompareBackends(response, own[i]);
+      Number(out, "difference", difference.value);
+      Number(out, "difference_sd", difference.sd);
+    }
     if (!response.source.empty()) Text(out, "source", response.source);
     out << YAML::EndMap;
   }
@@ -93,6 +101,47 @@ void EmitFit(YAML::Emitter& out, const EvaluationResult& best) {
   Number(out, "chi2", best.chi2);
   EmitResponses(out, best.responses);
   out << YAML::EndMap;
+}
+
+// What of the contact law is not what the parameters are called after.
+void EmitApproximations(YAML::Emitter& out, const StudyResults& results) {
+  if (results.approximations.empty()) return;
+  Key(out, "approximations");
+  out << YAML::BeginSeq;
+  for (const ApproximationStatement& approximation : results.approximations) {
+    out << YAML::BeginMap;
+    Text(out, "part", approximation.part);
+    Text(out, "name", approximation.name);
+    Text(out, "text", approximation.text);
+    out << YAML::EndMap;
+  }
+  out << YAML::EndSeq;
+  Key(out, "approximation_effect");
+  out << YAML::BeginSeq;
+  for (const std::string& statement : ApproximationStatements(results)) {
+    out << YAML::DoubleQuoted << statement;
+  }
+  out << YAML::EndSeq;
+}
+
+// What other backends make of the parameters.
+void EmitConfirmations(YAML::Emitter& out, const StudyResults& results,
+                       const EvaluationResult& best) {
+  if (results.confirmations.empty()) return;
+  Key(out, "confirmations");
+  out << YAML::BeginSeq;
+  for (const ConfirmationResult& confirmation : results.confirmations) {
+    out << YAML::BeginMap;
+    Text(out, "backend", confirmation.backend);
+    Text(out, "version", confirmation.version);
+    Text(out, "outcome", confirmation.outcome);
+    Text(out, "conclusion", ConfirmationHeadline(results, confirmation));
+    Text(out, "contact_law_as_run", confirmation.law);
+    Number(out, "chi2", confirmation.chi2);
+    EmitResponses(out, confirmation.responses, best.responses);
+    out << YAML::EndMap;
+  }
+  out << YAML::EndSeq;
 }
 
 // What the parameters give where they were not fitted.
@@ -165,6 +214,7 @@ std::string MaterialCard(const StudyResults& results) {
   Text(out, "canonical", results.law);
   Text(out, "as_run", results.law_as_run);
   out << YAML::EndMap;
+  EmitApproximations(out, results);
   Key(out, "scaling");
   out << YAML::BeginMap;
   Text(out, "mode", results.scaling);
@@ -172,6 +222,7 @@ std::string MaterialCard(const StudyResults& results) {
   out << YAML::EndMap;
   if (best != nullptr) {
     EmitFit(out, *best);
+    EmitConfirmations(out, results, *best);
     EmitTransfer(out, results);
   }
   EmitProvenance(out, results, best);

@@ -66,6 +66,7 @@ json StudyObject(const StudyResults& results) {
           {"targets", Targets(results)},
           {"experiments", Experiments(results)},
           {"contact_law", results.law},
+          {"approximations", ApproximationsToJson(results.approximations)},
           {"scaling", {{"mode", results.scaling}, {"description", results.scaling_description}}}};
 }
 
@@ -160,10 +161,59 @@ json BestPoint(const StudyResults& results, const EvaluationResult& best) {
   return point;
 }
 
+json Effect(const ApproximationEffect& effect) {
+  json responses = json::object();
+  for (std::size_t i = 0; i < effect.exact.size(); ++i) {
+    const ResponseResult& exact = effect.exact[i];
+    const ResponseResult& approximated = effect.approximated[i];
+    const BackendDifference difference = CompareBackends(approximated, exact);
+    const auto side = [](const ResponseResult& response) -> json {
+      return {{"simulated", Number(response.simulated)},
+              {"seed_sd", Number(response.seed_sd)},
+              {"replicates", response.replicates}};
+    };
+    responses[exact.name] = {{"unit", exact.unit},
+                             {"exact", side(exact)},
+                             {"approximated", side(approximated)},
+                             {"difference", Number(difference.value)},
+                             {"difference_sd", Number(difference.sd)}};
+  }
+  return {{"backend", effect.backend},
+          {"version", effect.version},
+          {"responses", std::move(responses)},
+          {"failures", Failures(effect.failures)}};
+}
+
+json Confirmations(const StudyResults& results, const EvaluationResult& best) {
+  json list = json::array();
+  for (const ConfirmationResult& confirmation : results.confirmations) {
+    json responses = FittedResponses(confirmation.responses);
+    for (std::size_t i = 0; i < confirmation.responses.size() && i < best.responses.size(); ++i) {
+      const BackendDifference difference =
+          CompareBackends(confirmation.responses[i], best.responses[i]);
+      json& response = responses[confirmation.responses[i].name];
+      response["difference"] = Number(difference.value);
+      response["difference_sd"] = Number(difference.sd);
+    }
+    list.push_back({{"backend", confirmation.backend},
+                    {"version", confirmation.version},
+                    {"outcome", confirmation.outcome},
+                    {"message", confirmation.message},
+                    {"agrees", Agrees(results, confirmation)},
+                    {"conclusion", ConfirmationHeadline(results, confirmation)},
+                    {"contact_law_as_run", confirmation.law},
+                    {"responses", std::move(responses)},
+                    {"chi2", Number(confirmation.chi2)},
+                    {"failures", Failures(confirmation.failures)}});
+  }
+  return list;
+}
+
 json RunEntry(const EvaluationResult& evaluation, const RunResult& run) {
   return {{"id", run.id},
           {"evaluation", evaluation.id},
           {"experiment", run.experiment},
+          {"backend", run.backend},
           {"replicate", run.replicate},
           {"seed", run.seed},
           {"program_hash", run.program_hash},
@@ -176,6 +226,14 @@ json RunEntry(const EvaluationResult& evaluation, const RunResult& run) {
 }
 
 }  // namespace
+
+json ApproximationsToJson(const std::vector<ApproximationStatement>& approximations) {
+  json list = json::array();
+  for (const ApproximationStatement& one : approximations) {
+    list.push_back({{"part", one.part}, {"name", one.name}, {"text", one.text}});
+  }
+  return list;
+}
 
 json PiGroupsToJson(const std::vector<ScalingTable>& tables) {
   json list = json::array();
@@ -220,6 +278,14 @@ json ResultsToJson(const StudyResults& results) {
     for (const RunResult& run : evaluation.runs) runs.push_back(RunEntry(evaluation, run));
   }
   if (best != nullptr) {
+    for (const ConfirmationResult& confirmation : results.confirmations) {
+      for (const RunResult& run : confirmation.runs) runs.push_back(RunEntry(*best, run));
+    }
+    if (results.approximation_effect) {
+      for (const RunResult& run : results.approximation_effect->runs) {
+        runs.push_back(RunEntry(*best, run));
+      }
+    }
     for (const RunResult& run : results.transfer.runs) runs.push_back(RunEntry(*best, run));
   }
   const std::optional<double> overhead =
@@ -242,6 +308,9 @@ json ResultsToJson(const StudyResults& results) {
         {"failed", results.failed},
         {"cached", results.cached}}},
       {"best", best ? BestPoint(results, *best) : json(nullptr)},
+      {"confirmations", best ? Confirmations(results, *best) : json::array()},
+      {"approximation_effect",
+       results.approximation_effect ? Effect(*results.approximation_effect) : json(nullptr)},
       {"pareto", Pareto(results)},
       {"history", std::move(history)},
       {"failures", std::move(failures)},

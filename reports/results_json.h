@@ -13,6 +13,9 @@ namespace powdercal {
 /// study was interrupted; those are in `runs` and `failures`.
 nlohmann::json ResultsToJson(const StudyResults& results);
 
+/// A list of {part, name, text}.
+nlohmann::json ApproximationsToJson(const std::vector<ApproximationStatement>& approximations);
+
 /// The `pi_groups` of results.json: a list of {experiment, groups: [{symbol, meaning, experiment,
 /// simulation, ratio, verdict, remark}]}.
 nlohmann::json PiGroupsToJson(const std::vector<ScalingTable>& tables);

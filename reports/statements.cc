@@ -103,6 +103,80 @@ void AddTransferCaveats(const StudyResults& results, std::vector<std::string>& c
   }
 }
 
+// "liggghts 3.8.0".
+std::string NameAndVersion(const ConfirmationResult& confirmation) {
+  return confirmation.backend + (confirmation.version.empty() ? "" : " " + confirmation.version);
+}
+
+void AddConfirmationCaveats(const StudyResults& results, std::vector<std::string>& caveats) {
+  for (const ConfirmationResult& confirmation : results.confirmations) {
+    const bool early = confirmation.outcome == kPending && results.state != "finished";
+    if (early || Agrees(results, confirmation)) continue;
+    caveats.push_back(ConfirmationHeadline(results, confirmation));
+  }
+}
+
+// What an approximation changes by more than the laboratory's figure is known to.
+void AddApproximationCaveats(const StudyResults& results, std::vector<std::string>& caveats) {
+  for (const ApproximationStatement& approximation : results.approximations) {
+    caveats.push_back(approximation.text);
+  }
+  if (!results.approximation_effect) return;
+  const ApproximationEffect& effect = *results.approximation_effect;
+  std::vector<std::string> changed;
+  for (std::size_t i = 0; i < effect.exact.size(); ++i) {
+    const BackendDifference difference = CompareBackends(effect.approximated[i], effect.exact[i]);
+    if (!difference.value || std::abs(*difference.value) < effect.exact[i].sd) continue;
+    if (std::abs(*difference.value) < 2 * difference.sd.value_or(0)) continue;
+    changed.push_back(fmt::format("the {} by {} standard deviations of the observation",
+                                  QualifiedTitle(effect.exact[i]),
+                                  NumberText(std::abs(*difference.value) / effect.exact[i].sd, 2)));
+  }
+  if (changed.empty()) return;
+  caveats.push_back(
+      fmt::format("The approximation changes {}: the parameters are those of the law that was "
+                  "simulated, not of "
+                  "the one that it stands for.",
+                  Enumerated(changed)));
+}
+
+// How two backends judge the responses of the best point that both have: "void ratio", …
+struct Verdicts {
+  std::vector<std::string> missed;          // by both
+  std::vector<std::string> only_own;        // missed by the study's own backend alone
+  std::vector<std::string> only_elsewhere;  // by the other one alone
+  std::vector<std::string> missing;         // without a value there
+  double largest = 0;  // difference of what only one of them missed, in its standard deviations
+};
+
+Verdicts CompareVerdicts(const EvaluationResult& best, const ConfirmationResult& confirmation) {
+  Verdicts verdicts;
+  for (std::size_t i = 0; i < best.responses.size() && i < confirmation.responses.size(); ++i) {
+    const ResponseResult& there = confirmation.responses[i];
+    const std::string title = ResponseTitle(there, best.responses);
+    const bool fits = JudgeFit(there).within;
+    const bool fits_here = JudgeFit(best.responses[i]).within;
+    if (!there.simulated) {
+      verdicts.missing.push_back(title);
+    } else if (!fits && !fits_here) {
+      verdicts.missed.push_back(title);
+    } else if (fits != fits_here) {
+      (fits ? verdicts.only_own : verdicts.only_elsewhere).push_back(title);
+      const BackendDifference difference = CompareBackends(there, best.responses[i]);
+      const double far = std::numeric_limits<double>::infinity();
+      verdicts.largest = std::max(
+          verdicts.largest,
+          difference.sd && *difference.sd > 0 ? std::abs(*difference.value) / *difference.sd : far);
+    }
+  }
+  return verdicts;
+}
+
+// "the void ratio is", "the void ratio and the coverage are".
+std::string Subject(const std::vector<std::string>& titles) {
+  return "the " + Enumerated(titles) + (titles.size() == 1 ? " is" : " are");
+}
+
 bool BelongsTo(const ResponseResult& response, const std::string& experiment) {
   return response.name.starts_with(experiment + ".");
 }
@@ -218,6 +292,121 @@ std::vector<std::string> TransferStatements(const StudyResults& results) {
     statements.push_back(Sentence(fmt::format("{} gave no value in {} of {}, {}: {}",
                                               ReadableName(failure.experiment), failure.failed_runs,
                                               CountText(failure.runs, "run"),
+                                              ReadableName(failure.reason), failure.message)));
+  }
+  return statements;
+}
+
+BackendDifference CompareBackends(const ResponseResult& other, const ResponseResult& own) {
+  BackendDifference difference;
+  if (!other.simulated || !own.simulated) return difference;
+  difference.value = *other.simulated - *own.simulated;
+  if (other.replicates > 1 && own.replicates > 1) {
+    difference.sd = std::sqrt(other.seed_sd * other.seed_sd / other.replicates +
+                              own.seed_sd * own.seed_sd / own.replicates);
+  }
+  return difference;
+}
+
+bool Agrees(const StudyResults& results, const ConfirmationResult& confirmation) {
+  const EvaluationResult* best = BestEvaluation(results);
+  if (best == nullptr || confirmation.responses.empty()) return false;
+  const Verdicts verdicts = CompareVerdicts(*best, confirmation);
+  return verdicts.missing.empty() && verdicts.only_own.empty() && verdicts.only_elsewhere.empty();
+}
+
+std::string ConfirmationHeadline(const StudyResults& results,
+                                 const ConfirmationResult& confirmation) {
+  const std::string name = NameAndVersion(confirmation);
+  const EvaluationResult* best = BestEvaluation(results);
+  if (confirmation.outcome == kPending || best == nullptr) {
+    return fmt::format("The best point has not been simulated on {} yet.", name);
+  }
+  const Verdicts verdicts = CompareVerdicts(*best, confirmation);
+  if (verdicts.missing.size() == confirmation.responses.size()) {
+    return WithFullStop(
+        fmt::format("{} could not confirm the best point: {}", name, confirmation.message));
+  }
+  const std::string limit = "outside the accepted deviation";
+  std::string text;
+  if ((!verdicts.only_elsewhere.empty() || !verdicts.only_own.empty()) && verdicts.largest < 2) {
+    const bool there = !verdicts.only_elsewhere.empty();
+    text = fmt::format(
+        "{} neither confirms nor refutes the best point: {} {} {}, but the two backends differ by "
+        "{} standard deviations of the particle seeds only. More seeds would tell.",
+        name, Subject(there ? verdicts.only_elsewhere : verdicts.only_own), limit,
+        there ? "there, not with " + results.backend : "with " + results.backend + ", not there",
+        NumberText(verdicts.largest, 2));
+  } else if (!verdicts.only_elsewhere.empty()) {
+    text = fmt::format("{} does not confirm the best point: {} {} there, not with {}.", name,
+                       Subject(verdicts.only_elsewhere), limit, results.backend);
+  } else if (!verdicts.only_own.empty()) {
+    text = fmt::format("{} does not agree on the best point: {} {} with {}, not there.", name,
+                       Subject(verdicts.only_own), limit, results.backend);
+  } else if (!verdicts.missed.empty()) {
+    text = fmt::format("{} agrees with {} on the best point: {} {} with both.", name,
+                       results.backend, Subject(verdicts.missed), limit);
+  } else if (verdicts.missing.empty()) {
+    text =
+        fmt::format("{} confirms the best point: {} as observed.", name,
+                    best->responses.size() == 1
+                        ? "the " + ResponseTitle(best->responses[0], best->responses) + " comes out"
+                        : fmt::format("all {} responses come out", best->responses.size()));
+  } else {
+    text = fmt::format("{} confirms the best point in part: {} of {} come out as observed.", name,
+                       confirmation.responses.size() - verdicts.missing.size(),
+                       CountText(static_cast<int>(best->responses.size()), "response"));
+  }
+  if (verdicts.missing.empty()) return text;
+  return WithFullStop(fmt::format("{} The {} could not be had there: {}", text,
+                                  Enumerated(verdicts.missing), confirmation.message));
+}
+
+std::vector<std::string> ConfirmationStatements(const StudyResults& results,
+                                                const ConfirmationResult& confirmation) {
+  std::vector<std::string> statements;
+  const EvaluationResult* best = BestEvaluation(results);
+  if (best == nullptr) return statements;
+  for (std::size_t i = 0; i < best->responses.size() && i < confirmation.responses.size(); ++i) {
+    const ResponseResult& own = best->responses[i];
+    const ResponseResult& other = confirmation.responses[i];
+    const BackendDifference difference = CompareBackends(other, own);
+    if (!difference.value) continue;
+    std::string text = fmt::format(
+        "{}: {} against {} with {}, a difference of {}", Capitalised(QualifiedTitle(other)),
+        ValueText(*other.simulated, other.unit), ValueText(*own.simulated, own.unit),
+        results.backend, ValueText(*difference.value, other.unit, 2));
+    if (difference.sd) {
+      text += fmt::format(" ± {} (standard deviation, from the particle seeds)",
+                          ValueText(*difference.sd, other.unit, 2));
+    }
+    statements.push_back(text + ".");
+  }
+  return statements;
+}
+
+std::vector<std::string> ApproximationStatements(const StudyResults& results) {
+  std::vector<std::string> statements;
+  if (!results.approximation_effect) return statements;
+  const ApproximationEffect& effect = *results.approximation_effect;
+  for (std::size_t i = 0; i < effect.exact.size(); ++i) {
+    const ResponseResult& exact = effect.exact[i];
+    const BackendDifference difference = CompareBackends(effect.approximated[i], exact);
+    if (!difference.value) continue;
+    std::string text = fmt::format("{}: {} with the approximation, {} without, a difference of {}",
+                                   Capitalised(QualifiedTitle(exact)),
+                                   ValueText(*effect.approximated[i].simulated, exact.unit),
+                                   ValueText(*exact.simulated, exact.unit),
+                                   ValueText(*difference.value, exact.unit, 2));
+    if (difference.sd) {
+      text += fmt::format(" ± {} (standard deviation, from the particle seeds)",
+                          ValueText(*difference.sd, exact.unit, 2));
+    }
+    statements.push_back(text + ".");
+  }
+  for (const ExperimentFailure& failure : effect.failures) {
+    statements.push_back(Sentence(fmt::format("{} without the approximation gave no value, {}: {}",
+                                              ReadableName(failure.experiment),
                                               ReadableName(failure.reason), failure.message)));
   }
   return statements;
@@ -386,6 +575,7 @@ std::vector<std::string> CohesionStatements(const StudyResults& results) {
 std::vector<std::string> Caveats(const StudyResults& results) {
   std::vector<std::string> caveats;
   if (!results.simulated) caveats.push_back(Sentence(NoSimulationNotice(results)));
+  AddApproximationCaveats(results, caveats);
   const EvaluationResult* best = BestEvaluation(results);
   const Conclusion conclusion = Conclude(results);
   if (conclusion.kind == Conclusion::Kind::misses || conclusion.kind == Conclusion::Kind::nothing)
@@ -394,6 +584,7 @@ std::vector<std::string> Caveats(const StudyResults& results) {
     caveats.push_back(fmt::format("The study is {}: the result is provisional.", results.state));
   }
   if (best != nullptr) AddFitCaveats(results, *best, caveats);
+  AddConfirmationCaveats(results, caveats);
   AddTransferCaveats(results, caveats);
   const Compatibility compatibility = JudgeCompatibility(results);
   if (!compatibility.together && !compatibility.statement.empty()) {

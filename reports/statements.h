@@ -30,6 +30,29 @@ std::string TransferHeadline(const StudyResults& results);
 /// off; and on each experiment that failed, why.
 std::vector<std::string> TransferStatements(const StudyResults& results);
 
+/// How a response on another backend differs from that of the study's own.
+struct BackendDifference {
+  std::optional<double> value;  ///< other − own, SI; empty where either is missing
+  /// SI, √(s₁²/n₁ + s₂²/n₂) from the scatter between particle seeds; empty with one seed.
+  std::optional<double> sd;
+};
+BackendDifference CompareBackends(const ResponseResult& other, const ResponseResult& own);
+
+/// Whether another backend gives every response at the best point, and passes the same ones as the
+/// study's own (JudgeFit).
+bool Agrees(const StudyResults& results, const ConfirmationResult& confirmation);
+/// What it makes of the best point: "liggghts 3.8.0 confirms the best point: …", or why it could
+/// not.
+std::string ConfirmationHeadline(const StudyResults& results,
+                                 const ConfirmationResult& confirmation);
+/// A sentence on each response that both have, by how much they differ.
+std::vector<std::string> ConfirmationStatements(const StudyResults& results,
+                                                const ConfirmationResult& confirmation);
+
+/// A sentence on each response by how much the study's approximations change it; empty where that
+/// was not measured.
+std::vector<std::string> ApproximationStatements(const StudyResults& results);
+
 /// "quick", "quick; shear: standard".
 std::string FidelityText(const StudyResults& results);
 

@@ -40,7 +40,9 @@ struct LedgerCandidate {
   std::vector<double> parameters;  ///< SI, in the order of the search space
   int cached_runs = 0;             ///< how many of its runs the ledger held when it was asked
   std::vector<std::int64_t> runs;  ///< ids, in the order they were attached
-  std::vector<int> replicates;     ///< replicate index of each of `runs`
+  /// Replicate index of each of `runs`; −1 − index of those that are not the point's own: of the
+  /// best point on other backends, under other laws, in other experiments.
+  std::vector<int> replicates;
 };
 
 /// One step of the conversation with the optimizer, in order; replaying them rebuilds it.

@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 
+#include "backends/registry.h"
 #include "backends/servo_gain.h"
 #include "core/hash.h"
 #include "core/random.h"
@@ -37,8 +38,21 @@ Conditions::Cohesion LawOf(const ContactLaw& law) {
 
 }  // namespace
 
+Planner::Planner(const Study& study)
+    : Planner(study, *study.scaling, *study.backend.backend, Law::simulated) {}
+
 Planner::Planner(const Study& study, const Scaling& scaling)
-    : study_(study), scaling_(scaling), availability_(study.backend.backend->availability()) {
+    : Planner(study, scaling, *study.backend.backend, Law::simulated) {}
+
+Planner::Planner(const Study& study, const Backend& backend, Law law)
+    : Planner(study, *study.scaling, backend, law) {}
+
+Planner::Planner(const Study& study, const Scaling& scaling, const Backend& backend, Law law)
+    : study_(study),
+      scaling_(scaling),
+      backend_(backend),
+      law_(law),
+      availability_(backend.availability()) {
   for (std::size_t i = 0; i < study.experiments.size(); ++i) {
     const std::optional<double> stress = Laboratory(i).stress;
     if (stress) largest_stress_ = std::max(largest_stress_.value_or(0), *stress);
@@ -70,9 +84,9 @@ Conditions Planner::Simulation(std::size_t experiment,
   const ContactParameters& contact = powder.materials.particle_particle;
   simulation.cohesion_energy_density.reset();
   simulation.surface_energy.reset();
-  if (study_.law.cohesion == ContactLaw::Cohesion::sjkr2) {
+  if (powder.law.cohesion == ContactLaw::Cohesion::sjkr2) {
     simulation.cohesion_energy_density = contact.cohesion_energy_density;
-  } else if (study_.law.cohesion == ContactLaw::Cohesion::dmt) {
+  } else if (powder.law.cohesion == ContactLaw::Cohesion::dmt) {
     simulation.surface_energy = contact.surface_energy;
   } else {
     simulation.cohesion_energy_density = 0;
@@ -116,6 +130,7 @@ SimulatedPowder Planner::MakePowder(const Conditions& simulation,
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     ApplyParameter(study_.space.parameters[i].name, parameters[i], powder);
   }
+  if (law_ == Law::simulated) study_.approximations.Apply(powder);
   return powder;
 }
 
@@ -143,9 +158,8 @@ PlannedRun Planner::PlanExperiment(std::size_t experiment, const std::vector<dou
     run.program.parameters[study_.space.parameters[p].name] = parameters[p];
   }
   run.program_hash = run.program.Hash();
-  const Backend& backend = *study_.backend.backend;
-  run.key = Sha256(fmt::format("{}\n{}\n{}\n{}", run.program_hash, backend.name(),
-                               availability_.version, backend.Fingerprint()));
+  run.key = Sha256(fmt::format("{}\n{}\n{}\n{}", run.program_hash, backend_.name(),
+                               availability_.version, backend_.Fingerprint()));
   return run;
 }
 
@@ -167,7 +181,7 @@ std::vector<std::string> Planner::Warnings(const std::vector<std::size_t>& evalu
   std::vector<std::string> warnings = study_.warnings;
   std::vector<std::size_t> experiments = study_.CalibratedExperiments();
   experiments.insert(experiments.end(), evaluate_also.begin(), evaluate_also.end());
-  if (!study_.backend.backend->simulates() || !ExplainUnsupported(experiments).empty()) {
+  if (!backend_.simulates() || !ExplainUnsupported(experiments).empty()) {
     return warnings;
   }
   for (const std::size_t i : experiments) {
@@ -211,14 +225,37 @@ std::string Planner::ExplainUnsupported(const std::vector<std::size_t>& experime
     return fmt::format("scaling '{}': {}", scaling_.name(), reason);
   }
   for (const std::size_t i : experiments) {
-    const std::string reason =
-        study_.backend.backend->ExplainUnsupported(PlanExperiment(i, Centre(), 0).program);
-    if (!reason.empty()) {
-      return fmt::format("backend '{}' cannot run {}: {}", study_.backend.backend->name(),
+    if (const std::string reason = ExplainBackend(i); !reason.empty()) {
+      return fmt::format("backend '{}' cannot run {}: {}", backend_.name(),
                          study_.experiments[i].name(), reason);
     }
   }
   return "";
+}
+
+// Requires ExplainUnplanned() == "".
+std::string Planner::ExplainBackend(std::size_t experiment) const {
+  return backend_.ExplainUnsupported(PlanExperiment(experiment, Centre(), 0).program);
+}
+
+std::vector<std::string> Planner::ConfirmationWarnings() const {
+  std::vector<std::string> warnings;
+  for (const auto& other : study_.backend.confirm_with) {
+    const Planner planner(study_, *other);
+    if (!planner.availability_.available) {
+      warnings.push_back(fmt::format("{} will not confirm the best point: it is not available, {}",
+                                     other->name(), planner.availability_.why_not));
+      continue;
+    }
+    for (const std::size_t i : study_.CalibratedExperiments()) {
+      if (!ExplainUnplanned(i).empty()) continue;
+      const std::string reason = planner.ExplainBackend(i);
+      if (reason.empty()) continue;
+      warnings.push_back(fmt::format("{} will not confirm the best point in {}: {}", other->name(),
+                                     study_.experiments[i].name(), reason));
+    }
+  }
+  return warnings;
 }
 
 LedgerRun Planner::Execute(const PlannedRun& run, const RunContext& context) const {
@@ -229,11 +266,15 @@ LedgerRun Planner::Execute(const PlannedRun& run, const RunContext& context) con
                    .experiment = run.program.experiment,
                    .program_hash = run.program_hash,
                    .seed = run.seed,
-                   .backend = study_.backend.backend->name(),
+                   .backend = backend_.name(),
                    .backend_version = availability_.version,
                    .fidelity = FidelityNames()[static_cast<std::size_t>(run.program.fidelity)]};
+  if (!availability_.available) {
+    result.outcome = {Reason::unsupported, "not available: " + availability_.why_not};
+    return result;
+  }
   try {
-    const Trace trace = study_.backend.backend->Run(run.program, context);
+    const Trace trace = backend_.Run(run.program, context);
     result.outcome = trace.outcome;
     result.diagnostics = trace.diagnostics;
     if (trace.outcome.ok()) {
@@ -260,29 +301,54 @@ LedgerRun Planner::Execute(const PlannedRun& run, const RunContext& context) con
   return result;
 }
 
+Planner::ExperimentCost Planner::CostOf(std::size_t experiment, int runs) const {
+  ExperimentCost one{.experiment = experiment, .runs = runs};
+  if (!ExplainUnplanned(experiment).empty()) return one;
+  const Program program = PlanExperiment(experiment, Centre(), 0).program;
+  one.particles = program.particles.packing ? static_cast<int>(program.particles.packing->size())
+                                            : program.particles.count;
+  one.steps =
+      study_.experiments[experiment].experiment->ExpectedDuration(program) / program.time_step;
+  const double throughput = backend_.Throughput(program);
+  if (throughput > 0) one.seconds = one.steps * one.particles / throughput;
+  return one;
+}
+
 Planner::Cost Planner::EstimateCost(const std::vector<std::size_t>& evaluate_also) const {
   const BackendSpecification& backend = study_.backend;
   Cost cost;
-  const auto add = [&](std::size_t experiment, int runs) {
-    ExperimentCost& one = cost.experiments.emplace_back();
-    one.experiment = experiment;
-    one.runs = runs;
-    cost.runs += runs;
-    if (!ExplainUnplanned(experiment).empty()) return;
-    const Program program = PlanExperiment(experiment, Centre(), 0).program;
-    one.particles = program.particles.packing ? static_cast<int>(program.particles.packing->size())
-                                              : program.particles.count;
-    one.steps =
-        study_.experiments[experiment].experiment->ExpectedDuration(program) / program.time_step;
-    const double throughput = backend.backend->Throughput(program);
-    if (throughput > 0) one.seconds = one.steps * one.particles / throughput;
-    cost.steps_per_run += runs * one.steps;
-    cost.seconds_per_run += runs * one.seconds;
+  const auto add = [&cost](std::vector<ExperimentCost>& list, const ExperimentCost& one) {
+    list.push_back(one);
+    cost.runs += one.runs;
+    cost.steps_per_run += one.runs * one.steps;
+    cost.seconds_per_run += one.runs * one.seconds;
   };
   const int calibration = study_.budget.evaluations * backend.replicates +
                           backend.confirm_replicates - backend.replicates;
-  for (const std::size_t i : study_.CalibratedExperiments()) add(i, calibration);
-  for (const std::size_t i : evaluate_also) add(i, backend.confirm_replicates);
+  for (const std::size_t i : study_.CalibratedExperiments()) {
+    add(cost.experiments, CostOf(i, calibration));
+  }
+  for (const std::size_t i : evaluate_also) {
+    add(cost.experiments, CostOf(i, backend.confirm_replicates));
+  }
+  for (const auto& other : backend.confirm_with) {
+    const Planner planner(study_, *other);
+    ConfirmationCost& confirmation = cost.confirmations.emplace_back();
+    confirmation.backend = other->name();
+    if (!planner.availability_.available) continue;
+    for (const std::size_t i : study_.CalibratedExperiments()) {
+      if (!ExplainUnplanned(i).empty() || !planner.ExplainBackend(i).empty()) continue;
+      add(confirmation.experiments, planner.CostOf(i, backend.confirm_replicates));
+    }
+  }
+  if (study_.approximations.any()) {
+    const bool own = study_.backend.backend->name() == kReferenceBackend;
+    const auto reference = MakeBackend(kReferenceBackend);
+    const Planner planner(study_, own ? *study_.backend.backend : *reference, Law::exact);
+    for (const std::size_t i : study_.CalibratedExperiments()) {
+      add(cost.approximation, planner.CostOf(i, (own ? 1 : 2) * backend.confirm_replicates));
+    }
+  }
   cost.seconds = cost.seconds_per_run / study_.parallel();
   cost.steps_per_run /= cost.runs;
   cost.seconds_per_run /= cost.runs;

@@ -13,6 +13,9 @@
 
 namespace powdercal {
 
+/// On which the effect of approximations is measured: it has every contact law.
+inline constexpr const char* kReferenceBackend = "embedded";
+
 /// One simulation, planned: which experiment, which particle seed, which program.
 struct PlannedRun {
   std::size_t experiment = 0;  ///< index into Study::experiments
@@ -28,9 +31,14 @@ struct PlannedRun {
 class Planner {
  public:
   /// The study must outlive the planner.
-  explicit Planner(const Study& study) : Planner(study, *study.scaling) {}
+  explicit Planner(const Study& study);
   /// Plans with another scaling than the study's own; it must outlive the planner, too.
   Planner(const Study& study, const Scaling& scaling);
+  /// Whether programs have the law with the study's approximations, or the one that these replace.
+  enum class Law { simulated, exact };
+  /// For another simulator than the study's own, which must outlive the planner as well;
+  /// Prepare()d.
+  Planner(const Study& study, const Backend& backend, Law law = Law::simulated);
 
   /// Why there is no program of an experiment, for the scaling or the experiment itself, or "".
   std::string ExplainUnplanned(std::size_t experiment) const;
@@ -54,7 +62,12 @@ class Planner {
   /// 0.4 Rayleigh times, and what the experiments warn of at the largest rolling friction.
   std::vector<std::string> Warnings(const std::vector<std::size_t>& evaluate_also = {}) const;
 
-  /// Runs a planned simulation and measures it. Never throws for failures of the simulation.
+  /// Why the backends of `confirm_with` will not, or not wholly, confirm the best point: a sentence
+  /// for each.
+  std::vector<std::string> ConfirmationWarnings() const;
+
+  /// Runs a planned simulation and measures it. Never throws for failures of the simulation;
+  /// `unsupported` where the backend is not available.
   LedgerRun Execute(const PlannedRun& run, const RunContext& context) const;
 
   /// Conditions of an experiment in the laboratory and, with these parameters, in the simulation.
@@ -72,10 +85,18 @@ class Planner {
     double steps = 0;    ///< of one run
     double seconds = 0;  ///< of one run, on as many cores as it keeps busy; 0: no simulation
   };
+  /// What it costs to confirm the best point on another backend; the experiments that it can run.
+  struct ConfirmationCost {
+    std::string backend;
+    std::vector<ExperimentCost> experiments;
+  };
   /// What the whole study may cost, from the centre of the box; right within a factor of about 2.
   struct Cost {
     std::vector<ExperimentCost> experiments;
-    int runs = 0;                ///< sum over the experiments
+    std::vector<ConfirmationCost> confirmations;
+    /// Of measuring what the study's approximations change, on kReferenceBackend.
+    std::vector<ExperimentCost> approximation;
+    int runs = 0;                ///< sum over the experiments and confirmations
     double steps_per_run = 0;    ///< mean over the runs
     double seconds_per_run = 0;  ///< mean over the runs
     double seconds = 0;          ///< wall clock with the study's parallelism
@@ -85,14 +106,21 @@ class Planner {
 
   const Study& study() const { return study_; }
   const Scaling& scaling() const { return scaling_; }
+  const Backend& backend() const { return backend_; }
+  Law law() const { return law_; }
   const Availability& availability() const { return availability_; }
 
  private:
+  Planner(const Study& study, const Scaling& scaling, const Backend& backend, Law law);
   SimulatedPowder MakePowder(const Conditions& simulation,
                              const std::vector<double>& parameters) const;
+  ExperimentCost CostOf(std::size_t experiment, int runs) const;
+  std::string ExplainBackend(std::size_t experiment) const;
 
   const Study& study_;
   const Scaling& scaling_;
+  const Backend& backend_;
+  Law law_;
   Availability availability_;
   std::optional<double> largest_stress_;  // [Pa] of all experiments of the study
 };

@@ -13,6 +13,8 @@
 namespace powdercal {
 namespace {
 
+using RunsById = std::map<std::int64_t, LedgerRun>;
+
 // What was told of each point: how many replicates, and their runs.
 struct ToldPoint {
   LedgerCandidate entry;
@@ -21,7 +23,8 @@ struct ToldPoint {
   ReducedResponses reduced;
 };
 
-// Whether its responses are fitted; the best point may have runs of other experiments.
+// Whether its responses are fitted; the best point may have runs of other experiments, and on other
+// backends.
 bool IsTarget(const std::string& experiment, const Objectives& objectives) {
   return std::any_of(
       objectives.targets.begin(), objectives.targets.end(),
@@ -29,7 +32,7 @@ bool IsTarget(const std::string& experiment, const Objectives& objectives) {
 }
 
 std::vector<ToldPoint> CollectPoints(const Ledger& ledger, const Objectives& objectives,
-                                     const std::map<std::int64_t, LedgerRun>& runs) {
+                                     const RunsById& runs, const std::string& backend) {
   std::map<std::int64_t, int> replicates;
   for (const LedgerEvent& event : ledger.Events()) {
     if (event.kind == LedgerEvent::Kind::tell) {
@@ -43,7 +46,8 @@ std::vector<ToldPoint> CollectPoints(const Ledger& ledger, const Objectives& obj
     ToldPoint point{.replicates = told->second};
     for (std::size_t i = 0; i < entry.runs.size(); ++i) {
       const LedgerRun& run = runs.at(entry.runs[i]);
-      if (entry.replicates[i] < told->second && IsTarget(run.experiment, objectives)) {
+      if (run.backend == backend && entry.replicates[i] >= 0 &&
+          entry.replicates[i] < told->second && IsTarget(run.experiment, objectives)) {
         point.runs.push_back(&run);
       }
     }
@@ -57,6 +61,7 @@ std::vector<ToldPoint> CollectPoints(const Ledger& ledger, const Objectives& obj
 RunResult MakeRunResult(const LedgerRun& run, int replicate) {
   RunResult result{.id = run.id,
                    .experiment = run.experiment,
+                   .backend = run.backend,
                    .replicate = replicate,
                    .seed = run.seed,
                    .program_hash = run.program_hash,
@@ -158,13 +163,14 @@ void AddPareto(const Objectives& objectives, const std::vector<ReducedResponses>
 
 // An experiment that is not calibrated, at these parameters, as far as the ledger has its runs.
 void AddTransfer(const Planner& planner, std::size_t experiment,
-                 const std::vector<double>& parameters,
-                 const std::map<std::int64_t, LedgerRun>& all, TransferResult& transfer) {
+                 const std::vector<double>& parameters, const RunsById& all,
+                 TransferResult& transfer) {
   const StudyExperiment& entry = planner.study().experiments[experiment];
   const std::string& name = entry.name();
   std::map<std::string, const LedgerRun*> by_program;
   for (const auto& [id, run] : all) {
-    if (run.experiment == name) by_program[run.program_hash] = &run;
+    if (run.experiment != name || run.backend != planner.backend().name()) continue;
+    by_program[run.program_hash] = &run;
   }
   std::vector<const LedgerRun*> runs;
   for (int r = 0; r < planner.study().backend.confirm_replicates && !by_program.empty(); ++r) {
@@ -198,16 +204,131 @@ void AddTransfer(const Planner& planner, std::size_t experiment,
   if (!missing.empty()) transfer.failures.push_back(FailureOf(name, missing, runs));
 }
 
+// The programs of the best point by their hashes, as far as another backend may have run them.
+std::map<std::string, int> ReplicatesByProgram(const Planner& planner,
+                                               const std::vector<double>& parameters) {
+  std::map<std::string, int> replicates;
+  for (int r = 0; r < planner.study().backend.confirm_replicates; ++r) {
+    for (const PlannedRun& run : planner.Plan(parameters, r)) replicates[run.program_hash] = r;
+  }
+  return replicates;
+}
+
+// Of several versions of a backend the last; none is that of one that was absent.
+std::string KeepLastVersion(std::vector<const LedgerRun*>& runs) {
+  std::string version;
+  for (const LedgerRun* run : runs) {
+    if (!run->backend_version.empty()) version = run->backend_version;
+  }
+  std::erase_if(runs, [&](const LedgerRun* run) { return run->backend_version != version; });
+  return version;
+}
+
+std::vector<ResponseResult> MakeResponses(const Study& study, const Objectives& objectives,
+                                          const ReducedResponses& reduced) {
+  const auto observations = study.Observations();
+  std::vector<ResponseResult> responses;
+  for (std::size_t t = 0; t < objectives.targets.size(); ++t) {
+    responses.push_back(MakeResponse(objectives.targets[t], observations[t], reduced,
+                                     static_cast<Eigen::Index>(t)));
+  }
+  return responses;
+}
+
+// `runs`: all of this backend's at the best point, in the order of the ledger.
+ConfirmationResult MakeConfirmation(const Study& study, const Objectives& objectives,
+                                    const std::string& backend,
+                                    const std::map<std::string, int>& replicates,
+                                    std::vector<const LedgerRun*> runs) {
+  ConfirmationResult result{.backend = backend, .outcome = kPending};
+  if (runs.empty()) return result;
+  result.version = KeepLastVersion(runs);
+  const ReducedResponses reduced = Reduce(objectives, runs);
+  result.responses = MakeResponses(study, objectives, reduced);
+  for (const LedgerRun* run : runs) {
+    result.runs.push_back(MakeRunResult(*run, replicates.at(run->program_hash)));
+    if (!run->diagnostics.law.empty()) result.law = run->diagnostics.law;
+  }
+  if (reduced.complete()) {
+    const auto count = static_cast<int>(objectives.targets.size());
+    result.outcome = ToString(Reason::ok);
+    result.chi2 = ChiSquared(objectives, reduced.means,
+                             VarianceOfMeans(reduced, PooledSeedVariance({reduced}, count)));
+  } else if (result.version.empty()) {
+    result.outcome = kUnavailable;
+    result.message = runs.front()->outcome.message;
+  } else {
+    result.failures = FailuresOf(objectives, reduced, runs);
+    result.outcome = reduced.partial() ? kPartial : result.failures.front().reason;
+    result.message = DescribeFailures(result.failures, study.CalibratedExperiments().size() > 1);
+  }
+  return result;
+}
+
+// Of the backends that the study asks, and of others that it asked before.
+void AddConfirmations(const Planner& planner, const std::vector<double>& parameters,
+                      const RunsById& all, StudyResults& results) {
+  const Study& study = planner.study();
+  std::vector<std::string> backends;
+  for (const auto& other : study.backend.confirm_with) backends.push_back(other->name());
+  const std::size_t asked = backends.size();
+  std::map<std::string, std::vector<const LedgerRun*>> runs;
+  std::map<std::string, int> replicates;
+  for (const auto& [id, run] : all) {
+    if (run.backend == planner.backend().name()) continue;
+    if (replicates.empty()) replicates = ReplicatesByProgram(planner, parameters);
+    if (replicates.contains(run.program_hash)) runs[run.backend].push_back(&run);
+  }
+  for (const auto& [name, ran] : runs) {
+    const auto end = backends.begin() + static_cast<std::ptrdiff_t>(asked);
+    if (std::find(backends.begin(), end, name) == end) backends.push_back(name);
+  }
+  for (const std::string& name : backends) {
+    results.confirmations.push_back(
+        MakeConfirmation(study, study.MakeObjectives(), name, replicates, runs[name]));
+  }
+}
+
+void AddApproximationEffect(const Planner& planner, const std::vector<double>& parameters,
+                            const RunsById& all, StudyResults& results) {
+  const Study& study = planner.study();
+  if (!study.approximations.any()) return;
+  const Planner exact(study, planner.backend(), Planner::Law::exact);
+  std::map<std::string, int> exact_programs = ReplicatesByProgram(exact, parameters);
+  const std::map<std::string, int> programs = ReplicatesByProgram(planner, parameters);
+  std::vector<const LedgerRun*> exact_runs;
+  std::vector<const LedgerRun*> runs;
+  for (const auto& [id, run] : all) {
+    if (run.backend != kReferenceBackend) continue;
+    if (exact_programs.contains(run.program_hash)) exact_runs.push_back(&run);
+    if (programs.contains(run.program_hash)) runs.push_back(&run);
+  }
+  if (exact_runs.empty() || runs.empty()) return;
+  const Objectives objectives = study.MakeObjectives();
+  ApproximationEffect effect{.backend = kReferenceBackend};
+  effect.version = KeepLastVersion(exact_runs);
+  std::erase_if(runs, [&](const LedgerRun* run) { return run->backend_version != effect.version; });
+  const ReducedResponses reduced = Reduce(objectives, exact_runs);
+  effect.exact = MakeResponses(study, objectives, reduced);
+  effect.approximated = MakeResponses(study, objectives, Reduce(objectives, runs));
+  effect.failures = FailuresOf(objectives, reduced, exact_runs);
+  for (const LedgerRun* run : exact_runs) {
+    effect.runs.push_back(MakeRunResult(*run, exact_programs.at(run->program_hash)));
+  }
+  results.approximation_effect = std::move(effect);
+}
+
 void AddHistory(const Study& study, const Planner& planner, const Ledger& ledger,
                 StudyResults& results) {
   const Objectives objectives = study.MakeObjectives();
-  std::map<std::int64_t, LedgerRun> runs;
+  RunsById runs;
   for (LedgerRun& run : ledger.Runs()) {
     results.simulation_seconds +=
         study.backend.backend->simulates() ? run.diagnostics.wall_seconds : 0;
     runs.emplace(run.id, std::move(run));
   }
-  const std::vector<ToldPoint> points = CollectPoints(ledger, objectives, runs);
+  const std::vector<ToldPoint> points =
+      CollectPoints(ledger, objectives, runs, planner.backend().name());
   std::vector<ReducedResponses> reduced;
   for (const ToldPoint& point : points) reduced.push_back(point.reduced);
   const Eigen::VectorXd pooled =
@@ -241,9 +362,12 @@ void AddHistory(const Study& study, const Planner& planner, const Ledger& ledger
     for (const RunResult& run : results.history[*results.best].runs) {
       if (!run.law.empty()) results.law_as_run = run.law;
     }
+    const std::vector<double>& parameters = points[*results.best].entry.parameters;
+    AddConfirmations(planner, parameters, runs, results);
+    AddApproximationEffect(planner, parameters, runs, results);
     for (std::size_t i = 0; i < study.experiments.size(); ++i) {
       if (study.experiments[i].calibrate) continue;
-      AddTransfer(planner, i, points[*results.best].entry.parameters, runs, results.transfer);
+      AddTransfer(planner, i, parameters, runs, results.transfer);
     }
   }
 }
@@ -254,14 +378,18 @@ void AddWarnings(const Planner& planner, const std::vector<std::size_t>& evaluat
   results.warnings = planner.Warnings(evaluated_also);
   if (!results.best) return;
   const int wanted = planner.study().backend.confirm_replicates;
-  for (const auto* responses :
-       {&results.history[*results.best].responses, &results.transfer.responses}) {
-    for (const ResponseResult& response : *responses) {
+  const auto add = [&](const std::vector<ResponseResult>& responses, const std::string& where) {
+    for (const ResponseResult& response : responses) {
       if (!response.simulated || response.replicates >= wanted) continue;
       results.warnings.push_back(fmt::format(
-          "{} of the best point is a mean of {} particle seeds, not of the {} asked for.",
-          response.name, response.replicates, wanted));
+          "{} of the best point{} is a mean of {} particle seeds, not of the {} asked for.",
+          response.name, where, response.replicates, wanted));
     }
+  };
+  add(results.history[*results.best].responses, "");
+  add(results.transfer.responses, "");
+  for (const ConfirmationResult& confirmation : results.confirmations) {
+    add(confirmation.responses, " on " + confirmation.backend);
   }
 }
 
@@ -298,6 +426,7 @@ StudyResults CollectResults(Study& study, const Ledger& ledger) {
       .fidelity = FidelityNames()[static_cast<std::size_t>(study.backend.fidelity)],
       .replicates = study.backend.replicates,
       .law = study.law.ToString(),
+      .approximations = study.approximations.Describe(study.powder.sizes),
       .scaling = study.scaling->name(),
       .scaling_description = study.scaling->Describe(),
       .study_yaml = study.ToYaml(),

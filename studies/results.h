@@ -8,6 +8,7 @@
 #include "optimizers/optimizer.h"
 #include "scaling/groups.h"
 #include "scaling/real_powder.h"
+#include "studies/approximation.h"
 
 namespace powdercal {
 
@@ -49,6 +50,7 @@ inline constexpr const char* kPartial = "partial";
 struct RunResult {
   std::int64_t id = 0;
   std::string experiment;
+  std::string backend;
   int replicate = 0;
   std::uint64_t seed = 0;  ///< of the particles
   std::string program_hash;
@@ -90,6 +92,35 @@ struct TransferResult {
   std::vector<RunResult> runs;
 };
 
+/// The best point on another backend: the same programs, hence the same particles.
+struct ConfirmationResult {
+  std::string backend;
+  std::string version;  ///< "" where the backend was not available
+  std::string
+      outcome;  ///< "ok", kPartial, kUnavailable, kPending, or the reason code of its failure
+  std::string message;  ///< of what failed
+  std::string law;      ///< as run
+  std::vector<ExperimentFailure> failures;
+  std::vector<ResponseResult> responses;  ///< in the order of the targets; empty while pending
+  std::optional<double> chi2;             ///< empty unless every response has a value
+  std::vector<RunResult> runs;
+};
+/// Outcome of a confirmation by a backend that is not on this machine.
+inline constexpr const char* kUnavailable = "unavailable";
+/// Outcome of a confirmation of which nothing has been run yet.
+inline constexpr const char* kPending = "pending";
+
+/// What the study's approximations change at the best point: the calibrated experiments on
+/// kReferenceBackend under both laws, from the same particles.
+struct ApproximationEffect {
+  std::string backend;
+  std::string version;
+  std::vector<ResponseResult> exact;  ///< in the order of the targets, as is `approximated`
+  std::vector<ResponseResult> approximated;
+  std::vector<ExperimentFailure> failures;  ///< of the law that is approximated
+  std::vector<RunResult> runs;              ///< under that law
+};
+
 /// Pi groups of one experiment of the study.
 struct ScalingTable {
   std::string experiment;
@@ -118,8 +149,10 @@ struct StudyResults {
   std::string fidelity;   ///< of experiments without one of their own
   std::vector<ExperimentResult> experiments;
   int replicates = 1;
-  std::string law;         ///< canonical contact law
+  std::string law;         ///< canonical contact law, before approximations
   std::string law_as_run;  ///< in the backend's terms
+  std::vector<ApproximationStatement> approximations;       ///< of the law
+  std::optional<ApproximationEffect> approximation_effect;  ///< as far as it was measured
   std::string scaling;
   std::string scaling_description;
   std::string study_yaml;  ///< resolved
@@ -137,6 +170,7 @@ struct StudyResults {
   std::optional<std::size_t> best;  ///< index into history
   std::vector<std::size_t> pareto;  ///< the front (ParetoFront), into history; empty: joint
   std::vector<EvaluationResult> history;
+  std::vector<ConfirmationResult> confirmations;  ///< on the backends of `confirm_with`, in order
   TransferResult transfer;
   std::vector<ScalingTable> scaling_tables;
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "backends/registry.h"
 #include "core/version.h"
 
 namespace powdercal {
@@ -13,6 +14,9 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 double Seconds(Clock::duration duration) { return std::chrono::duration<double>(duration).count(); }
+
+// In the ledger: so that it does not count as a replicate of the point.
+int BesidesReplicate(int replicate) { return -1 - replicate; }
 
 constexpr auto kTick = std::chrono::milliseconds(250);
 
@@ -34,6 +38,7 @@ StudyRunner::StudyRunner(Study& study, Options options)
   if (reason.empty()) reason = planner_.ExplainUnsupported(options_.evaluate_also);
   if (!reason.empty()) throw InputError(reason, {.location = {study.file}});
   cost_ = planner_.EstimateCost(options_.evaluate_also);
+  PlanOthers();
   directory_ = std::make_unique<RunDirectory>(options_.folder, study.Fingerprint(), study.ToYaml(),
                                               study.base_folder);
   ledger_ = std::make_unique<Ledger>(directory_->ledger(), Ledger::Mode::read_write);
@@ -47,6 +52,7 @@ StudyRunner::StudyRunner(Study& study, Options options)
   }
   ledger_->SetMeta("powdercal_version", kVersion);
   ledger_->SetMeta("backend_version", availability.version);
+  ledger_->SetMeta("approximations", study.approximations.ToString());
   earlier_ = ledger_->TotalTimes();
   Replay();
 }
@@ -63,6 +69,8 @@ StudyRunner::End StudyRunner::Run() {
   SaveTimes(true);
   ledger_->SetMeta("state", interrupted_ ? "interrupted" : "finished");
   ledger_->SetMeta("stop_reason", interrupted_ ? "interrupted" : stop_reason_);
+  ended_ = !interrupted_;
+  if (!interrupted_) ConfirmElsewhere();
   if (!interrupted_) EvaluateTransfer();
   return interrupted_ ? End::interrupted : End::finished;
 }
@@ -85,32 +93,79 @@ void StudyRunner::RunJobs(const std::function<void()>& submit) {
   }
 }
 
-// The best point on what it was not fitted to. Its runs are in the ledger like all others, but in
-// no slot of a point, so that the calibration never hears of them.
-void StudyRunner::EvaluateTransfer() {
-  const Point* best = Incumbent();
-  if (best == nullptr || options_.evaluate_also.empty()) return;
-  const std::int64_t id = best->entry.candidate.id;
+// Plans runs of the best point that the calibration never hears of: they are in the ledger like all
+// others, but in no slot of a point.
+void StudyRunner::PlanBesides(const Planner& planner, std::size_t experiment,
+                              std::vector<Job>& jobs) {
+  const LedgerCandidate& best = Incumbent()->entry;
+  const std::int64_t id = best.candidate.id;
   for (int replicate = 0; replicate < study_.backend.confirm_replicates; ++replicate) {
-    for (const std::size_t experiment : options_.evaluate_also) {
-      PlannedRun planned = planner_.PlanExperiment(experiment, best->entry.parameters, replicate);
-      transfer_.push_back(
-          {.experiment = experiment, .replicate = replicate, .program = {}, .key = planned.key});
-      if (const auto known = ledger_->FindRun(planned.key)) {
-        runs_.insert_or_assign(known->id, *known);
-        ledger_->AttachRun(known->id, id, replicate);
-      } else {
-        queue_.push_back({id, std::move(planned)});
-      }
+    PlannedRun planned = planner.PlanExperiment(experiment, best.parameters, replicate);
+    jobs.push_back(
+        {id,
+         {.experiment = experiment, .replicate = replicate, .program = {}, .key = planned.key},
+         &planner,
+         true});
+    if (const auto known = ledger_->FindRun(planned.key)) {
+      runs_.insert_or_assign(known->id, *known);
+      ledger_->AttachRun(known->id, id, BesidesReplicate(replicate));
+    } else {
+      queue_.push_back({id, std::move(planned), &planner, true});
     }
   }
-  if (options_.listener != nullptr) options_.listener->OnTransfer(best->entry, CurrentProgress());
-  executor_ = std::make_unique<LocalExecutor>(study_.parallel());  // that one may be cancelled
+}
+
+void StudyRunner::RunQueue() {
+  executor_ = std::make_unique<LocalExecutor>(study_.parallel());  // the last may be cancelled
   RunJobs([this] {
     while (Submit()) {
     }
   });
   SaveTimes(true);
+}
+
+void StudyRunner::PlanOthers() {
+  for (std::size_t i = 0; i < study_.backend.confirm_with.size(); ++i) {
+    others_.push_back({std::make_unique<Planner>(study_, *study_.backend.confirm_with[i]),
+                       cost_.confirmations[i].experiments});
+  }
+  if (!study_.approximations.any()) return;
+  const Backend* reference = study_.backend.backend.get();
+  if (reference->name() != kReferenceBackend) {
+    reference_ = MakeBackend(kReferenceBackend);
+    reference_->Prepare({});
+    reference = reference_.get();
+    others_.push_back({std::make_unique<Planner>(study_, *reference), cost_.approximation});
+  }
+  others_.push_back(
+      {std::make_unique<Planner>(study_, *reference, Planner::Law::exact), cost_.approximation});
+}
+
+// The best point on other backends: the same programs, hence the same particles. And what the
+// study's approximations change.
+void StudyRunner::ConfirmElsewhere() {
+  const Point* best = Incumbent();
+  if (best == nullptr || others_.empty()) return;
+  for (const Other& other : others_) {
+    for (const std::size_t experiment : study_.CalibratedExperiments()) {
+      PlanBesides(*other.planner, experiment, confirmation_);
+    }
+  }
+  if (options_.listener != nullptr) {
+    options_.listener->OnConfirmation(best->entry, CurrentProgress());
+  }
+  RunQueue();
+}
+
+// The best point on what it was not fitted to.
+void StudyRunner::EvaluateTransfer() {
+  const Point* best = Incumbent();
+  if (best == nullptr || options_.evaluate_also.empty()) return;
+  for (const std::size_t experiment : options_.evaluate_also) {
+    PlanBesides(planner_, experiment, transfer_);
+  }
+  if (options_.listener != nullptr) options_.listener->OnTransfer(best->entry, CurrentProgress());
+  RunQueue();
 }
 
 void StudyRunner::Replay() {
@@ -173,7 +228,7 @@ void StudyRunner::AddReplicates(Point& point, int count) {
         runs_.insert_or_assign(known->id, *known);
         ledger_->AttachRun(known->id, id, planned.replicate);
       } else {
-        queue_.push_back({id, std::move(planned)});
+        queue_.push_back({id, std::move(planned), &planner_});
       }
       point.slots.push_back(std::move(slot));
     }
@@ -244,17 +299,20 @@ bool StudyRunner::Submit() {
   // Two points with equal parameters share their runs.
   if (IsDone(job.run.key) || IsInFlight(job.run.key)) return true;
   const std::int64_t ticket = next_ticket_++;
-  RunContext context{
-      .work_folder = directory_->work_folder(
-          fmt::format("{:04}-{}-{}", job.candidate, job.run.program.experiment, job.run.replicate)),
-      .keep_files = study_.budget.keep_files};
+  std::string name =
+      fmt::format("{:04}-{}-{}", job.candidate, job.run.program.experiment, job.run.replicate);
+  if (job.planner != &planner_) name += "-" + job.planner->backend().name();
+  if (job.planner->law() == Planner::Law::exact) name += "-exact";
+  RunContext context{.work_folder = directory_->work_folder(name),
+                     .keep_files = study_.budget.keep_files};
   if (study_.budget.run_timeout) {
     context.time_limit = std::chrono::duration<double>(*study_.budget.run_timeout);
   }
-  executor_->Submit(ticket, [this, run = job.run, context](std::stop_token stop) mutable {
-    context.stop = std::move(stop);
-    return planner_.Execute(run, context);
-  });
+  executor_->Submit(ticket,
+                    [run = job.run, planner = job.planner, context](std::stop_token stop) mutable {
+                      context.stop = std::move(stop);
+                      return planner->Execute(run, context);
+                    });
   in_flight_.emplace(ticket, std::move(job));
   return true;
 }
@@ -265,7 +323,8 @@ void StudyRunner::Collect(const Executor::Finished& finished) {
   LedgerRun run = finished.run;
   outside_simulator_ += run.total_seconds - run.diagnostics.wall_seconds;
   if (run.outcome.reason == Reason::cancelled) return;  // not a result: planned again on resuming
-  run.id = ledger_->AddRun(run, job.candidate, job.run.replicate);
+  run.id = ledger_->AddRun(run, job.candidate,
+                           job.besides ? BesidesReplicate(job.run.replicate) : job.run.replicate);
   runs_.insert_or_assign(run.id, run);
   for (auto& [id, point] : points_) {
     for (Point::Slot& slot : point.slots) {
@@ -421,10 +480,15 @@ Progress StudyRunner::CurrentProgress() {
                     .failed = failed_,
                     .partial = partial_,
                     .running = static_cast<int>(in_flight_.size()),
+                    .confirmation_runs = static_cast<int>(confirmation_.size()),
                     .transfer_runs = static_cast<int>(transfer_.size()),
                     .elapsed_seconds = Elapsed()};
-  progress.transfer_done = static_cast<int>(std::count_if(
-      transfer_.begin(), transfer_.end(), [&](const PlannedRun& run) { return IsDone(run.key); }));
+  const auto done = [this](const std::vector<Job>& jobs) {
+    return static_cast<int>(std::count_if(jobs.begin(), jobs.end(),
+                                          [&](const Job& job) { return IsDone(job.run.key); }));
+  };
+  progress.confirmation_done = done(confirmation_);
+  progress.transfer_done = done(transfer_);
   if (const Point* best = Incumbent()) {
     progress.best = best->entry.candidate.id;
     progress.best_parameters = best->entry.parameters;
@@ -434,18 +498,17 @@ Progress StudyRunner::CurrentProgress() {
   return progress;
 }
 
-// Wall clock of one run of each experiment: the mean of those that have ended, else what was
-// expected of it.
-std::vector<double> StudyRunner::SecondsPerRun() const {
+// Wall clock of one run of each experiment on a backend: the mean of those that have ended, else
+// what was expected of it.
+std::vector<double> StudyRunner::SecondsPerRun(
+    const std::string& backend, const std::vector<Planner::ExperimentCost>& expected) const {
   std::vector<double> seconds(study_.experiments.size());
-  for (const Planner::ExperimentCost& one : cost_.experiments) {
-    seconds[one.experiment] = one.seconds;
-  }
+  for (const Planner::ExperimentCost& one : expected) seconds[one.experiment] = one.seconds;
   for (std::size_t i = 0; i < seconds.size(); ++i) {
     double sum = 0;
     int count = 0;
     for (const auto& [id, run] : runs_) {
-      if (run.experiment != study_.experiments[i].name()) continue;
+      if (run.experiment != study_.experiments[i].name() || run.backend != backend) continue;
       sum += run.total_seconds;
       ++count;
     }
@@ -455,26 +518,39 @@ std::vector<double> StudyRunner::SecondsPerRun() const {
 }
 
 double StudyRunner::SecondsLeft() const {
-  const std::vector<double> seconds = SecondsPerRun();
+  const std::vector<double> seconds = SecondsPerRun(planner_.backend().name(), cost_.experiments);
   const int points = std::max(0, study_.budget.evaluations - told_);
   const int confirm = study_.backend.confirm_replicates - study_.backend.replicates;
-  const bool calibrating = transfer_.empty();
   double left = 0;
-  if (calibrating) {
+  if (!ended_) {
     for (const std::size_t i : study_.CalibratedExperiments()) {
-      left += seconds[i] * (points * study_.backend.replicates + confirm) / study_.parallel();
+      left += seconds[i] * (points * study_.backend.replicates + confirm);
     }
+    left /= study_.parallel();
     if (study_.budget.wall_time) {
       left = std::min(left, std::max(0.0, *study_.budget.wall_time - Elapsed()));
     }
-    for (const std::size_t i : options_.evaluate_also) {
-      left += seconds[i] * study_.backend.confirm_replicates / study_.parallel();
+  }
+  double besides = 0;  // of what comes after the calibration
+  for (const Other& other : others_) {
+    const std::vector<double> each = SecondsPerRun(other.planner->backend().name(), other.expected);
+    for (const Planner::ExperimentCost& one : other.expected) {
+      if (!ended_) besides += each[one.experiment] * study_.backend.confirm_replicates;
+    }
+    for (const Job& job : confirmation_) {
+      if (job.planner != other.planner.get() || IsDone(job.run.key)) continue;
+      besides += each[job.run.experiment];
     }
   }
-  for (const PlannedRun& run : transfer_) {
-    if (!IsDone(run.key)) left += seconds[run.experiment] / study_.parallel();
+  if (transfer_.empty()) {
+    for (const std::size_t i : options_.evaluate_also) {
+      besides += seconds[i] * study_.backend.confirm_replicates;
+    }
   }
-  return left;
+  for (const Job& job : transfer_) {
+    if (!IsDone(job.run.key)) besides += seconds[job.run.experiment];
+  }
+  return left + besides / study_.parallel();
 }
 
 void StudyRunner::SaveTimes(bool now) {

@@ -28,6 +28,8 @@ struct Progress {
   int failed = 0;                       ///< without any value
   int partial = 0;                      ///< with some values
   int running = 0;                      ///< simulations in flight
+  int confirmation_runs = 0;            ///< see OnConfirmation; 0 before the calibration has ended
+  int confirmation_done = 0;            ///< of these, how many have ended
   int transfer_runs = 0;                ///< of `evaluate_also`; 0 before the calibration has ended
   int transfer_done = 0;                ///< of these, how many have ended
   std::optional<std::int64_t> best;     ///< candidate
@@ -46,6 +48,9 @@ class ProgressListener {
   /// A parameter point has all its runs; with what failed of it.
   virtual void OnEvaluation(const LedgerCandidate&, const ReducedResponses&,
                             const std::vector<ExperimentFailure>&, const Progress&) {}
+  /// The calibration has ended, and its best point is simulated on other backends, or under the law
+  /// that the study approximates.
+  virtual void OnConfirmation(const LedgerCandidate&, const Progress&) {}
   /// The calibration has ended, and its best point is evaluated on further experiments.
   virtual void OnTransfer(const LedgerCandidate&, const Progress&) {}
   /// About four times a second.
@@ -59,8 +64,9 @@ class ProgressListener {
 ///
 /// A run is in the ledger before the optimizer hears of it. A point is told when all its replicates
 /// are known, and again when further replicates are added to confirm it: the best point gets
-/// `confirm_replicates` before the study ends. After that the best point is evaluated on the
-/// experiments of `evaluate_also`, with as many replicates, of which the optimizer never hears.
+/// `confirm_replicates` before the study ends. After that the best point is simulated on the
+/// backends of `confirm_with`, under the law that it approximates, and evaluated on the experiments
+/// of `evaluate_also`, with as many replicates, of which the optimizer never hears.
 class StudyRunner {
  public:
   struct Options {
@@ -75,7 +81,8 @@ class StudyRunner {
   ~StudyRunner();
 
   enum class End { finished, interrupted };
-  /// `interrupted` also where that befell `evaluate_also` alone, the study itself being finished.
+  /// `interrupted` also where that befell `confirm_with` or `evaluate_also` alone, the study itself
+  /// being finished.
   End Run();
 
  private:
@@ -95,10 +102,16 @@ class StudyRunner {
   struct Job {
     std::int64_t candidate = 0;
     PlannedRun run;
+    const Planner* planner = nullptr;
+    bool besides = false;  // of the best point, after the calibration
   };
 
   void RunJobs(const std::function<void()>& submit);
+  void PlanOthers();
+  void ConfirmElsewhere();
   void EvaluateTransfer();
+  void PlanBesides(const Planner& planner, std::size_t experiment, std::vector<Job>& jobs);
+  void RunQueue();
   void Replay();
   void Register(const LedgerCandidate& candidate);
   void AddReplicates(Point& point, int count);
@@ -119,7 +132,8 @@ class StudyRunner {
   std::vector<const LedgerRun*> RunsOf(const Point& point, int replicates) const;
   Eigen::VectorXd Pooled() const;
   double Elapsed() const;
-  std::vector<double> SecondsPerRun() const;
+  std::vector<double> SecondsPerRun(const std::string& backend,
+                                    const std::vector<Planner::ExperimentCost>& expected) const;
   double SecondsLeft() const;
   Progress CurrentProgress();
   void SaveTimes(bool now);
@@ -129,6 +143,14 @@ class StudyRunner {
   Objectives objectives_;
   Planner planner_;
   Planner::Cost cost_;  // as expected before anything has run
+  // What simulates the best point besides: the backends of `confirm_with`, and the reference for
+  // what the approximations change.
+  struct Other {
+    std::unique_ptr<Planner> planner;
+    std::vector<Planner::ExperimentCost> expected;
+  };
+  std::vector<Other> others_;
+  std::unique_ptr<Backend> reference_;
   std::unique_ptr<RunDirectory> directory_;
   std::unique_ptr<Ledger> ledger_;
   std::unique_ptr<Optimizer> optimizer_;
@@ -145,9 +167,11 @@ class StudyRunner {
   int told_ = 0;
   int failed_ = 0;
   int partial_ = 0;
-  std::vector<PlannedRun> transfer_;  // without their programs
-  std::string stop_reason_;           // no more asking once this is set
-  bool complete_ = false;             // the result is settled: no more telling either
+  std::vector<Job> confirmation_;  // without their programs, as is transfer_
+  std::vector<Job> transfer_;
+  std::string stop_reason_;  // no more asking once this is set
+  bool complete_ = false;    // the result is settled: no more telling either
+  bool ended_ = false;       // the calibration has
   bool interrupted_ = false;
 
   std::int64_t session_ = 0;

@@ -80,7 +80,25 @@ void SerializeParameters(Archive& archive, SearchSpace& space) {
   }
 }
 
-void SerializeBackend(Archive& archive, BackendSpecification& backend) {
+void SerializeConfirmation(Archive& section, BackendSpecification& backend) {
+  std::vector<std::string> names;
+  for (const auto& other : backend.confirm_with) names.push_back(other->name());
+  section.Names("confirm_with", names, "backend", BackendNames());
+  if (!section.reading()) return;
+  for (const std::string& name : names) {
+    if (name == backend.backend->name()) {
+      throw section.ErrorAt("confirm_with",
+                            fmt::format("'{}' is the backend of the study itself", name));
+    }
+    backend.confirm_with.push_back(MakeBackend(name));
+    if (backend.confirm_with.back()->simulates()) continue;
+    throw section.ErrorAt("confirm_with",
+                          fmt::format("'{}' simulates nothing, and can confirm nothing", name));
+  }
+}
+
+// `calibration_only`: when writing, without what comes after the search.
+void SerializeBackend(Archive& archive, BackendSpecification& backend, bool calibration_only) {
   if (archive.reading()) backend.backend = MakeBackend(kDefaultBackend);
   archive.Section(
       "backend",
@@ -96,7 +114,13 @@ void SerializeBackend(Archive& archive, BackendSpecification& backend) {
           }
           section.Integer("confirm_replicates", backend.confirm_replicates,
                           {.lower = static_cast<double>(backend.replicates), .upper = 1000});
+          if (!calibration_only) SerializeConfirmation(section, backend);
         } else {
+          if (section.Has("confirm_with")) {
+            throw section.ErrorAt("confirm_with", fmt::format("'{}' simulates nothing that another "
+                                                              "backend could confirm",
+                                                              backend.backend->name()));
+          }
           backend.replicates = backend.confirm_replicates = 1;  // nothing depends on particle seeds
         }
         backend.backend->Serialize(section);
@@ -119,7 +143,7 @@ void SerializeOptimizer(Archive& archive, std::unique_ptr<OptimizerFactory>& opt
 }
 
 // The study but for its budget: what determines the results.
-void SerializeProblem(Archive& archive, Study& study, bool calibrated_only = false) {
+void SerializeProblem(Archive& archive, Study& study, bool calibration_only = false) {
   archive.Require("study");
   archive.Text("study", study.name);
   archive.Text("description", study.description);
@@ -130,14 +154,18 @@ void SerializeProblem(Archive& archive, Study& study, bool calibrated_only = fal
   archive.Section("material", [&](Archive& section) { study.powder.Serialize(section); });
   archive.Section("contact_law",
                   [&](Archive& section) { SerializeContactLaw(section, study.law); });
+  if (archive.reading() || study.approximations.any()) {
+    archive.Section("approximate",
+                    [&](Archive& section) { study.approximations.Serialize(section, study.law); });
+  }
   SerializeParameters(archive, study.space);
   SerializeScaling(archive, study.scaling);
   archive.Section("numerics", [&](Archive& section) { study.numerics.Serialize(section); });
-  SerializeExperiments(archive, study.experiments, study.base_folder, calibrated_only);
+  SerializeExperiments(archive, study.experiments, study.base_folder, calibration_only);
   static const std::vector<std::string> kObjectives = {"joint", "pareto"};
   archive.Enumeration("objective", study.objective, "objective", kObjectives);
   SerializeOptimizer(archive, study.optimizer, study.space);
-  SerializeBackend(archive, study.backend);
+  SerializeBackend(archive, study.backend, calibration_only);
 }
 
 void SerializeStudy(Archive& archive, Study& study) {
@@ -161,6 +189,11 @@ void CheckConsistency(const Study& study, const Archive& archive) {
         "no cohesion: sjkr2");
   needs("surface_energy", law.cohesion == ContactLaw::Cohesion::dmt, "no cohesion: dmt");
   needs("rolling_friction", law.rolling != ContactLaw::Rolling::none, "rolling: none");
+  if (study.approximations.any() && !study.backend.backend->simulates()) {
+    throw archive.ErrorAt("approximate", fmt::format("backend '{}' simulates nothing that could be "
+                                                     "approximated",
+                                                     study.backend.backend->name()));
+  }
   if (study.CalibratedExperiments().empty()) {
     throw archive.ErrorAt("experiments",
                           "nothing to calibrate against: no experiment is 'observed' without "
@@ -202,7 +235,13 @@ std::vector<std::string> PrepareBackend(Study& study) {
           {entry.name() + "." + observed.response, UnitOf(entry, observed)});
     }
   }
-  return study.backend.backend->Prepare(problem);
+  std::vector<std::string> warnings = study.backend.backend->Prepare(problem);
+  for (const auto& other : study.backend.confirm_with) {
+    for (const std::string& text : other->Prepare(problem)) {
+      warnings.push_back(fmt::format("{}: {}", other->name(), text));
+    }
+  }
+  return warnings;
 }
 
 }  // namespace

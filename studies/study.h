@@ -11,6 +11,7 @@
 #include "core/archive.h"
 #include "optimizers/optimizer.h"
 #include "scaling/scaling.h"
+#include "studies/approximation.h"
 #include "studies/study_experiment.h"
 
 namespace powdercal {
@@ -39,6 +40,9 @@ struct BackendSpecification {
   Fidelity fidelity = Fidelity::quick;
   int replicates = 1;          ///< particle seeds of every evaluation
   int confirm_replicates = 3;  ///< particle seeds of the point that is reported as the best
+  /// On which the best point is simulated as well, with the same particles, when the search is
+  /// over; each simulates, and is another than `backend`. Those that cannot do it are recorded so.
+  std::vector<std::unique_ptr<Backend>> confirm_with;
 };
 
 struct Budget {
@@ -58,7 +62,8 @@ struct Study {
   std::string description;
   std::uint64_t seed = 1;
   PowderSpecification powder;
-  ContactLaw law;
+  ContactLaw law;                 ///< before `approximations` replace parts of it
+  Approximations approximations;  ///< section `approximate`
   SearchSpace space;
   std::unique_ptr<Scaling> scaling;
   Numerics numerics;
@@ -80,8 +85,8 @@ struct Study {
 
   /// The study with every default written out; Parse() reads it back to an equal study.
   std::string ToYaml();
-  /// SHA-256 of all that determines the calibration: the resolved study without its budget and
-  /// without the experiments that are not calibrated.
+  /// SHA-256 of all that determines the calibration: the resolved study without its budget, the
+  /// experiments that are not calibrated, and `backend.confirm_with`.
   std::string Fingerprint();
 
   /// Indices into `experiments` of those that are calibrated, in order; never empty.

@@ -247,6 +247,38 @@ TEST(HtmlReportTest, TransferredResponsesStandApart) {
   EXPECT_THAT(Markup(HtmlReport(JointSample())), Not(HasSubstr("card wide transfer")));
 }
 
+TEST(HtmlReportTest, ConfirmationsHaveACardOfTheirOwn) {
+  const std::string markup = Markup(HtmlReport(ConfirmationSample()));
+  const auto card = markup.find("<section class=\"card wide confirmations\">");
+  ASSERT_NE(card, std::string::npos);
+  const std::string text = markup.substr(card, markup.find("</section>", card) - card);
+  for (const char* part : {"embedded 1 does not confirm the best point", "verdict on embedded",
+                           "+0.04", "no value", "it has no &lt;shear&gt; cell",
+                           "absent could not confirm the best point", "χ² = 17.3 on embedded"}) {
+    EXPECT_THAT(text, HasSubstr(part));
+  }
+  EXPECT_THAT(text, Not(HasSubstr("verdict on absent")));
+  EXPECT_THAT(markup, HasSubstr("hertz + history, &lt;as run&gt;"));
+  EXPECT_THAT(Unbalanced(markup), testing::IsEmpty());
+  EXPECT_THAT(Markup(HtmlReport(JointSample())), Not(HasSubstr("card wide confirmations")));
+}
+
+TEST(HtmlReportTest, ApproximationsHaveACardOfTheirOwn) {
+  StudyResults results = ApproximationSample();
+  const std::string markup = Markup(HtmlReport(results));
+  const auto card = markup.find("<section class=\"card wide approximation\">");
+  ASSERT_NE(card, std::string::npos);
+  const std::string text = markup.substr(card, markup.find("</section>", card) - card);
+  for (const char* part : {"dmt_pull_off", "SJKR2 is &lt;approximated&gt; by DMT.", "+0.02",
+                           "shear without the approximation: timeout", "Both with embedded"}) {
+    EXPECT_THAT(text, HasSubstr(part));
+  }
+  EXPECT_THAT(Unbalanced(markup), testing::IsEmpty());
+  results.approximation_effect.reset();
+  EXPECT_THAT(Markup(HtmlReport(results)), HasSubstr("has not been measured"));
+  EXPECT_THAT(Markup(HtmlReport(JointSample())), Not(HasSubstr("card wide approximation")));
+}
+
 TEST(HtmlReportTest, PartialFailuresSayWhichExperiment) {
   const std::string markup = Markup(HtmlReport(TransferSample()));
   EXPECT_THAT(markup, HasSubstr("1 partly failed</strong> (1 shear: not quasi static)"));

@@ -58,6 +58,27 @@ TEST(MaterialCardTest, TextsSurviveYaml) {
   EXPECT_EQ(YAML::Load(MaterialCard(results))["powder"].as<std::string>(), results.powder);
 }
 
+TEST(MaterialCardTest, SaysWhatOtherBackendsMakeOfTheParameters) {
+  const YAML::Node card = YAML::Load(MaterialCard(ConfirmationSample()));
+  ASSERT_EQ(card["confirmations"].size(), 3u);
+  const YAML::Node whole = card["confirmations"][0];
+  EXPECT_EQ(whole["backend"].as<std::string>(), "embedded");
+  EXPECT_EQ(whole["outcome"].as<std::string>(), "ok");
+  EXPECT_NEAR(whole["responses"]["consolidation.void_ratio"]["difference"].as<double>(), 0.04,
+              1e-12);
+  EXPECT_FALSE(card["fit"]["responses"]["consolidation.void_ratio"]["difference"]);
+  EXPECT_EQ(card["confirmations"][2]["outcome"].as<std::string>(), "unavailable");
+  EXPECT_FALSE(YAML::Load(MaterialCard(JointSample()))["confirmations"]);
+}
+
+TEST(MaterialCardTest, NamesApproximationsWithTheirEffect) {
+  const YAML::Node card = YAML::Load(MaterialCard(ApproximationSample()));
+  EXPECT_EQ(card["approximations"][0]["part"].as<std::string>(), "cohesion");
+  EXPECT_EQ(card["approximations"][0]["name"].as<std::string>(), "dmt_pull_off");
+  EXPECT_EQ(card["approximation_effect"].size(), 2u);
+  EXPECT_FALSE(YAML::Load(MaterialCard(JointSample()))["approximations"]);
+}
+
 TEST(MaterialCardTest, SaysHowTheParametersDoWhereTheyWereNotFitted) {
   const YAML::Node card = YAML::Load(MaterialCard(TransferSample()));
   const YAML::Node coverage = card["transfer"]["responses"]["spreading.coverage"];

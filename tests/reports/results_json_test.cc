@@ -145,6 +145,46 @@ TEST(ResultsJsonTest, TransferStandsApartFromTheFit) {
   EXPECT_TRUE(ResultsToJson(JointSample()).at("best").at("transfer").empty());
 }
 
+TEST(ResultsJsonTest, ConfirmationsStandApartFromTheFit) {
+  const json root = ResultsToJson(ConfirmationSample());
+  ASSERT_EQ(root.at("confirmations").size(), 3u);
+  const json& whole = root.at("confirmations")[0];
+  EXPECT_EQ(whole.at("backend"), "embedded");
+  EXPECT_EQ(whole.at("version"), "1");
+  EXPECT_EQ(whole.at("outcome"), "ok");
+  EXPECT_EQ(whole.at("agrees"), false);
+  EXPECT_EQ(whole.at("chi2"), 17.3);
+  const json& ratio = whole.at("responses").at("consolidation.void_ratio");
+  EXPECT_NEAR(ratio.at("difference").get<double>(), 0.04, 1e-12);
+  EXPECT_TRUE(ratio.at("difference_sd").is_number());
+  EXPECT_EQ(ratio.at("observed"), 0.783);
+  EXPECT_EQ(ratio.at("within"), false);
+  const json& part = root.at("confirmations")[1];
+  EXPECT_EQ(part.at("outcome"), "partial");
+  EXPECT_TRUE(part.at("chi2").is_null());
+  EXPECT_EQ(part.at("failures")[0].at("outcome"), "unsupported");
+  EXPECT_TRUE(part.at("responses").at("shear.stress_3kPa").at("difference").is_null());
+  EXPECT_EQ(root.at("confirmations")[2].at("outcome"), "unavailable");
+  EXPECT_EQ(root.at("runs").back().at("backend"), "embedded");
+  EXPECT_TRUE(ResultsToJson(JointSample()).at("confirmations").empty());
+}
+
+TEST(ResultsJsonTest, ApproximationsHaveTheirEffect) {
+  const json root = ResultsToJson(ApproximationSample());
+  EXPECT_EQ(root.at("study").at("approximations")[0].at("name"), "dmt_pull_off");
+  const json& effect = root.at("approximation_effect");
+  EXPECT_EQ(effect.at("backend"), "embedded");
+  const json& ratio = effect.at("responses").at("consolidation.void_ratio");
+  EXPECT_NEAR(ratio.at("difference").get<double>(), 0.02, 1e-12);
+  EXPECT_NEAR(ratio.at("exact").at("simulated").get<double>(), 0.763, 1e-12);
+  EXPECT_TRUE(effect.at("responses").at("shear.stress_3kPa").at("difference").is_null());
+  EXPECT_EQ(effect.at("failures")[0].at("outcome"), "timeout");
+  EXPECT_EQ(root.at("runs").back().at("id"), 950);
+  const json plain = ResultsToJson(JointSample());
+  EXPECT_TRUE(plain.at("approximation_effect").is_null());
+  EXPECT_TRUE(plain.at("study").at("approximations").empty());
+}
+
 TEST(ResultsJsonTest, PartialFailuresNameTheExperiment) {
   const json root = ResultsToJson(TransferSample());
   EXPECT_EQ(root.at("evaluations").at("partial"), 1);

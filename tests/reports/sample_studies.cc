@@ -305,6 +305,76 @@ StudyResults TransferSample() {
   return results;
 }
 
+StudyResults ConfirmationSample() {
+  StudyResults results = JointSample();
+  EvaluationResult& best = results.history[*results.best];
+  for (ResponseResult& response : best.responses) {
+    response.simulated = response.observed + 0.5 * response.sd;
+    response.replicates = 4;
+    response.seed_sd = 0.4 * response.sd;
+  }
+  ConfirmationResult whole{.backend = "embedded",
+                           .version = "1",
+                           .outcome = "ok",
+                           .law = "hertz + history, <as run>",
+                           .responses = best.responses,
+                           .chi2 = 17.3};
+  *whole.responses[0].simulated += 0.04;
+  for (int r = 0; r < 4; ++r) {
+    whole.runs.push_back({.id = 900 + r,
+                          .experiment = "consolidation",
+                          .backend = "embedded",
+                          .replicate = r,
+                          .reason = "ok",
+                          .wall_seconds = 2});
+  }
+  ConfirmationResult part{.backend = "shearless",
+                          .version = "0.9",
+                          .outcome = kPartial,
+                          .message = "shear: it has no <shear> cell",
+                          .failures = {{.experiment = "shear",
+                                        .reason = "unsupported",
+                                        .message = "it has no <shear> cell",
+                                        .failed_runs = 4,
+                                        .runs = 4}},
+                          .responses = best.responses};
+  for (std::size_t r = 1; r < part.responses.size(); ++r) {
+    part.responses[r].simulated.reset();
+    part.responses[r].replicates = 0;
+  }
+  ConfirmationResult absent{.backend = "absent",
+                            .outcome = kUnavailable,
+                            .message = "not available: no program 'absent' on PATH",
+                            .responses = part.responses};
+  absent.responses[0].simulated.reset();
+  results.confirmations = {whole, part, absent};
+  return results;
+}
+
+StudyResults ApproximationSample() {
+  StudyResults results = JointSample();
+  results.approximations = {
+      {.part = "cohesion", .name = "dmt_pull_off", .text = "SJKR2 is <approximated> by DMT."}};
+  ApproximationEffect effect{.backend = "embedded", .version = "1"};
+  effect.approximated = results.history[*results.best].responses;
+  for (ResponseResult& response : effect.approximated) {
+    response.simulated = response.observed;
+    response.replicates = 4;
+    response.seed_sd = 0.4 * response.sd;
+  }
+  effect.exact = effect.approximated;
+  *effect.exact[0].simulated -= 0.02;
+  for (std::size_t r = 1; r < effect.exact.size(); ++r) effect.exact[r].simulated.reset();
+  effect.failures = {{.experiment = "shear",
+                      .reason = "timeout",
+                      .message = "no result within 600 s",
+                      .failed_runs = 4,
+                      .runs = 4}};
+  effect.runs = {{.id = 950, .experiment = "consolidation", .backend = "embedded", .reason = "ok"}};
+  results.approximation_effect = effect;
+  return results;
+}
+
 StudyResults ParetoSample(int objectives) {
   StudyResults results = JointSample();
   results.study = "hastelloy-x-pareto";

@@ -18,6 +18,12 @@ StudyResults JointSample();
 /// shear alone; its best point was evaluated on spreading, of which one response is far off, one
 /// agrees and one was not observed, and on repose, which failed.
 StudyResults TransferSample();
+/// The joint study with its best point on three other backends: embedded, which gives all
+/// responses, the void ratio much higher; shearless, which has only that; and one that is absent.
+StudyResults ConfirmationSample();
+/// The joint study with a declared approximation, measured: the void ratio is off, the stresses are
+/// not known without it.
+StudyResults ApproximationSample();
 /// The joint sample with an objective for each experiment, of which shear is off by a constant:
 /// what fits one does not fit the other. `objectives` = 3: the second stress is of a third
 /// experiment.

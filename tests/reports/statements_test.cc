@@ -126,6 +126,100 @@ TEST(TransferTest, HeadlineWhereAllAgreeOrNothingWasObserved) {
   EXPECT_THAT(TransferHeadline(results), testing::HasSubstr("nothing was observed"));
 }
 
+TEST(ConfirmationTest, SaysWhatEachBackendMakesOfTheBestPoint) {
+  const StudyResults results = ConfirmationSample();
+  const auto headline = [&](std::size_t i) {
+    return ConfirmationHeadline(results, results.confirmations[i]);
+  };
+  EXPECT_EQ(headline(0),
+            "embedded 1 does not confirm the best point: the void ratio is outside the accepted "
+            "deviation there, not with liggghts.");
+  EXPECT_EQ(headline(1),
+            "shearless 0.9 confirms the best point in part: 1 of 3 responses come out as observed. "
+            "The stress 3kPa and stress 5kPa could not be had there: shear: it has no <shear> "
+            "cell.");
+  EXPECT_EQ(headline(2),
+            "absent could not confirm the best point: not available: no program 'absent' on PATH.");
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_FALSE(Agrees(results, results.confirmations[i]));
+    EXPECT_THAT(Caveats(results), testing::Contains(headline(i)));
+  }
+  EXPECT_EQ(Conclude(results).kind, Conclusion::Kind::fits) << "the conclusion is the study's own";
+}
+
+TEST(ConfirmationTest, ComparesWithTheStudysOwnBackend) {
+  const StudyResults results = ConfirmationSample();
+  const ConfirmationResult& whole = results.confirmations[0];
+  const BackendDifference difference =
+      CompareBackends(whole.responses[0], results.history[*results.best].responses[0]);
+  EXPECT_NEAR(*difference.value, 0.04, 1e-12);
+  EXPECT_NEAR(*difference.sd, std::sqrt(2 * 0.004 * 0.004 / 4), 1e-12);
+  EXPECT_THAT(
+      ConfirmationStatements(results, whole)[0],
+      testing::HasSubstr("Void ratio of consolidation: 0.828 against 0.788 with liggghts, a "
+                         "difference of 0.04 ± 0.0028"));
+  ResponseResult single = whole.responses[0];
+  single.replicates = 1;
+  EXPECT_FALSE(CompareBackends(single, whole.responses[0]).sd) << "one seed says nothing of it";
+  single.simulated.reset();
+  EXPECT_FALSE(CompareBackends(single, whole.responses[0]).value);
+}
+
+TEST(ConfirmationTest, BackendsMayAgreeInAMissAndOneMayBePending) {
+  StudyResults results = ConfirmationSample();
+  EvaluationResult& best = results.history[*results.best];
+  results.confirmations.resize(1);
+  ConfirmationResult& other = results.confirmations[0];
+  other.responses = best.responses;
+  EXPECT_EQ(ConfirmationHeadline(results, other),
+            "embedded 1 confirms the best point: all 3 responses come out as observed.");
+  *best.responses[0].simulated += 0.05;
+  EXPECT_EQ(ConfirmationHeadline(results, other),
+            "embedded 1 does not agree on the best point: the void ratio is outside the accepted "
+            "deviation with liggghts, not there.");
+  *other.responses[0].simulated += 0.05;
+  EXPECT_EQ(ConfirmationHeadline(results, other),
+            "embedded 1 agrees with liggghts on the best point: the void ratio is outside the "
+            "accepted deviation with both.");
+  EXPECT_TRUE(Agrees(results, other));
+  EXPECT_THAT(Caveats(results), testing::Not(testing::Contains(testing::HasSubstr("embedded"))));
+  *other.responses[0].simulated -= 0.05;
+  other.responses[0].seed_sd = 0.2;
+  other.responses[0].tolerance = best.responses[0].tolerance = 0.01;
+  EXPECT_EQ(ConfirmationHeadline(results, other),
+            "embedded 1 neither confirms nor refutes the best point: the void ratio is outside the "
+            "accepted deviation with liggghts, not there, but the two backends differ by 0.5 "
+            "standard deviations of the particle seeds only. More seeds would tell.");
+  EXPECT_FALSE(Agrees(results, other));
+  other = {.backend = "embedded", .outcome = kPending};
+  EXPECT_THAT(Caveats(results), testing::Contains("The best point has not been simulated on "
+                                                  "embedded yet."));
+  results.state = "running";
+  EXPECT_THAT(Caveats(results), testing::Not(testing::Contains(testing::HasSubstr("embedded"))));
+}
+
+TEST(ApproximationTest, SaysWhatItChanges) {
+  StudyResults results = ApproximationSample();
+  EXPECT_THAT(
+      ApproximationStatements(results),
+      testing::ElementsAre(
+          testing::HasSubstr("Void ratio of consolidation: 0.783 with the approximation, 0.763 "
+                             "without, a difference of 0.02 ± 0.0028"),
+          "Shear without the approximation gave no value, timeout: no result within 600 s."));
+  EXPECT_THAT(Caveats(results), testing::Contains("SJKR2 is <approximated> by DMT."));
+  EXPECT_THAT(Caveats(results),
+              testing::Contains("The approximation changes the void ratio of consolidation by 2 "
+                                "standard deviations of the observation: the parameters are those "
+                                "of the law that was simulated, not of the one that it stands "
+                                "for."));
+  *results.approximation_effect->exact[0].simulated += 0.015;
+  EXPECT_THAT(Caveats(results),
+              testing::Not(testing::Contains(testing::HasSubstr("The approximation changes"))))
+      << "by half of one";
+  results.approximation_effect.reset();
+  EXPECT_THAT(ApproximationStatements(results), testing::IsEmpty());
+}
+
 TEST(FidelityTextTest, NamesExperimentsWithTheirOwn) {
   EXPECT_EQ(FidelityText(TransferSample()), "quick; shear: standard");
 }
