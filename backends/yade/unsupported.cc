@@ -13,7 +13,6 @@
 namespace powdercal::yade {
 namespace {
 
-constexpr bool kOffered = false;
 constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
 
 bool IsFullyPeriodic(const Domain& domain) {
@@ -310,7 +309,6 @@ class StageCheck {
     return "";
   }
   std::string Check(const Deform& deform) const {
-    if (!kOffered) return "not offered through YADE";
     if (!IsFullyPeriodic(program_.domain)) {
       return "only a cell that is periodic in x, y and z can be deformed";
     }
@@ -326,7 +324,6 @@ class StageCheck {
     return "";
   }
   std::string Check(const Save& save) {
-    if (!kOffered) return "not offered through YADE";
     if (saved_.emplace(save.name, state_).second) return "";
     return fmt::format("there are two states '{}'", save.name);
   }

@@ -1,6 +1,7 @@
 """Averages over steps: forces on bodies, and their histories in windows of 100 steps."""
 
 SERIES_STEPS = 100
+STRESS_SAMPLES = 5  # of a cell, in as many steps
 
 
 def add(total, force):
@@ -19,6 +20,7 @@ class Recorder:
             names = [servo_wall] + [name for name in names if name != servo_wall]
         for name in names:
             self.series[name] = {"time": [], "height": [], "force": []}
+        self.cell_series = {"time": [], "strain": [], "lengths": [], "stress": []}
         self._forces = {}  # of this step
         self.begin()
         self.begin_hold()
@@ -37,6 +39,8 @@ class Recorder:
     def restart_windows(self):
         self._window = {name: [[0.0, 0.0, 0.0], 0.0] for name in self.series}
         self._window_steps = 0
+        self._stress = [[0.0] * 3 for _ in range(3)]
+        self._stress_samples = 0
 
     def record(self, servo):
         """The step that was just done."""
@@ -71,6 +75,22 @@ class Recorder:
         samples = max(1, self._samples)
         return [component / samples for component in self._sums[body.name]]
 
+    def record_cell(self):
+        """The stress that was just measured."""
+        cell = self.scene.cell
+        for total, row in zip(self._stress, cell.stress):
+            add(total, row)
+        self._stress_samples += 1
+        if self._stress_samples < STRESS_SAMPLES:
+            return
+        series = self.cell_series
+        series["time"].append(self.scene.time())
+        series["strain"].append(cell.strain)
+        series["lengths"].append(cell.lengths())
+        series["stress"].append([[s / STRESS_SAMPLES for s in row] for row in self._stress])
+        self._stress = [[0.0] * 3 for _ in range(3)]
+        self._stress_samples = 0
+
     def _end_windows(self):
         time = self.scene.time()
         for name, (force, height) in self._window.items():
@@ -81,8 +101,11 @@ class Recorder:
             series["time"].append(time)
             series["height"].append(height / SERIES_STEPS)
             series["force"].append([component / SERIES_STEPS for component in force])
-        self.restart_windows()
+        self._window = {name: [[0.0, 0.0, 0.0], 0.0] for name in self.series}
+        self._window_steps = 0
 
     def write(self, records):
         for name, series in self.series.items():
             records.write("series", wall=name, **series)
+        if self.cell_series["time"]:
+            records.write("cell", **self.cell_series)

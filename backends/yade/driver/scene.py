@@ -9,11 +9,13 @@ Planes are facets much larger than the domain: YADE's Wall applies forces at its
 overlap nearer than the canonical law does, and hangs in a periodic cell.
 """
 
+import copy
 import math
 
 import yade
 from yade import O, utils
 
+from cell import Cell
 from model import Model
 
 SPHERE_BIT = 1
@@ -22,6 +24,12 @@ IMMOVABLE = 1e200  # [kg m2] moment of inertia of glued spheres
 GLANCE = 1e-12  # [steps]
 MANY = 16  # bodies in one, from which on its force is sampled
 SAMPLE_EVERY = 5  # [steps] then
+
+
+def put(state, axis, coordinate):
+    position = yade.Vector3(state.pos)
+    position[axis] = coordinate
+    state.pos = position
 
 
 class Body:
@@ -53,13 +61,15 @@ class Scene:
         self.periodic = sides == ["periodic"] * 3
         self.lower = list(self.domain["lower"])
         self.upper = list(self.domain["upper"])
-        self.steps = 0
+        self.state_steps = 0  # of this state since the start
+        self.undone_steps = 0  # that go_back_to() left behind
         self.leavers = 0
         self._reset_yade()
         self.model = Model(self.program, job["rolling_stiffness"])
         self._add_spheres(job["start"])
         self.bodies = []
         self._add_bodies(job["servo_wall"])
+        self.cell = Cell(self) if self.periodic else None
         self._make_engines()
         self.fetch()
 
@@ -71,9 +81,6 @@ class Scene:
         if self.periodic:
             lengths = [u - l for u, l in zip(self.upper, self.lower)]
             O.cell.setBox(*lengths)
-            # Impulses with the changes of the velocity gradient, but no convective term: the
-            # equation of motion is m dv/dt = F, in the laboratory's frame.
-            O.cell.homoDeform = 1
         self.origin = list(self.lower) if self.periodic else [0.0, 0.0, 0.0]
 
     def _add_spheres(self, start):
@@ -114,6 +121,7 @@ class Scene:
             self.masses.append(mass)
         diameters = [2 * radius for radius in self.radii]
         self.mean_diameter = sum(diameters) / len(diameters)
+        self.largest_diameter = max(diameters)
         self.total_mass = sum(self.masses)
 
     def _add_bodies(self, servo_wall):
@@ -157,21 +165,28 @@ class Scene:
             corners.append(yade.Vector3(*corner))
         facet = utils.facet(corners, material=O.materials[self.model.ids[body.material]])
         facet.mask = SPHERE_BIT
-        facet.state.pos[body.axis] = body.height
+        put(facet.state, body.axis, body.height)  # its centre is rounded
         body.ids = [O.bodies.append(facet)]
         body.in_play = True
 
-    def _make_engines(self):
+    def _make_collider(self):
         group_bits = sum(2 << index for index in range(len(self.program["groups"])))
+        return yade.InsertionSortCollider(
+            [yade.Bo1_Sphere_Aabb(), yade.Bo1_Facet_Aabb()], avoidSelfInteractionMask=group_bits
+        )
+
+    def renew_collider(self):
+        """From the next step on, with its lists made anew."""
+        self.collider = self._make_collider()
+        O.engines = [self.newton, self.resetter, self.collider, self.loop]
+
+    def _make_engines(self):
         O.engines = [
             yade.NewtonIntegrator(
                 damping=0, gravity=yade.Vector3(*self.gravity), warnNoForceReset=False
             ),
             yade.ForceResetter(),
-            yade.InsertionSortCollider(
-                [yade.Bo1_Sphere_Aabb(), yade.Bo1_Facet_Aabb()],
-                avoidSelfInteractionMask=group_bits,
-            ),
+            self._make_collider(),
             yade.InteractionLoop(
                 self.model.geometry_functors(),
                 [self.model.physics_functor()],
@@ -191,7 +206,7 @@ class Scene:
     def compute_forces(self):
         """Forces of this moment, while the springs of contacts grow by next to nothing."""
         O.dt = GLANCE * self.time_step  # not by 0, which YADE divides by
-        self.resetter()
+        O.forces.reset()
         self.collider()
         self.loop()
         O.dt = self.time_step
@@ -203,14 +218,52 @@ class Scene:
 
     def step(self):
         O.step()
-        self.steps += 1
+        self.state_steps += 1
         for body in self.bodies:
             if body.velocity[0] or body.velocity[1] or body.velocity[2]:
                 for axis in range(3):
                     body.displacement[axis] += self.time_step * body.velocity[axis]
 
+    @property
+    def steps(self):
+        return self.state_steps + self.undone_steps
+
     def time(self):
         return self.steps * self.time_step
+
+    # --- Going back -----------------------------------------------------------------------------
+
+    def save(self, name):
+        O.saveTmp(name, quiet=True)
+        return {
+            "name": name,
+            "steps": self.state_steps,
+            "bodies": copy.deepcopy(self.bodies),
+            "leavers": self.leavers,
+            "cell": self.cell.remember() if self.cell else None,
+            # YADE keeps contacts, not their sums; anew, those that slide would be damped.
+            "loads": [
+                (body.id, tuple(O.forces.f(body.id)), tuple(O.forces.t(body.id)))
+                for body in O.bodies
+            ],
+        }
+
+    def go_back_to(self, saved):
+        done = self.steps
+        O.loadTmp(saved["name"], quiet=True)
+        self.state_steps = saved["steps"]
+        self.undone_steps = done - self.state_steps
+        # Whoever holds a body goes on holding it.
+        for body, then in zip(self.bodies, copy.deepcopy(saved["bodies"])):
+            body.__dict__.update(then.__dict__)
+        self.leavers = saved["leavers"]
+        if self.cell:
+            self.cell.go_back_to(saved["cell"])
+        self.fetch()
+        O.forces.reset()
+        for body_id, force, torque in saved["loads"]:
+            O.forces.addF(body_id, yade.Vector3(*force))
+            O.forces.addT(body_id, yade.Vector3(*torque))
 
     def _shift_velocities(self, duration):
         for sphere_id, state, mass in zip(self.sphere_ids, self.states, self.masses):
@@ -237,13 +290,14 @@ class Scene:
             body.height = height
             if body.in_play:
                 for body_id in body.ids:
-                    O.bodies[body_id].state.pos[2] = height
+                    put(O.bodies[body_id].state, 2, height)
             else:
                 self.put_plane(body)
         else:
             rise = height - body.present_height()
             for body_id in body.ids:
-                O.bodies[body_id].state.pos[2] += rise
+                state = O.bodies[body_id].state
+                put(state, 2, state.pos[2] + rise)
             body.height = height
         body.displacement = [0.0, 0.0, 0.0]
 
@@ -321,10 +375,11 @@ class Scene:
                 self.states[place] = None
                 self.leavers += 1
 
-    def packing(self, velocity_of_images=None):
+    def packing(self):
         """Rows [id, radius, x, y, z, vx, vy, vz, wx, wy, wz] of this moment, by id."""
         half = 0.5 * self.time_step
         gravity = self.newton.gravity
+        origin = self.cell.lower() if self.cell else self.origin
         rows = []
         for place, state in enumerate(self.states):
             if state is None:
@@ -332,16 +387,16 @@ class Scene:
             sphere_id = self.sphere_ids[place]
             position, velocity, spin = state.pos, state.vel, state.angVel
             if not state.blockedDOFs:
-                velocity = velocity + half * (O.forces.f(sphere_id) / self.masses[place] + gravity)
+                acceleration = O.forces.f(sphere_id) / self.masses[place] + gravity
+                if self.cell:
+                    acceleration += O.cell.velGrad * velocity
+                velocity = velocity + half * acceleration
                 spin = spin + half / state.inertia[0] * O.forces.t(sphere_id)
+            if self.cell:
+                position, velocity = self.cell.into_box(position, velocity)
+            place_in_domain = [x + o for x, o in zip(position, origin)]
             rows.append(
-                [
-                    self.numbers[place],
-                    self.radii[place],
-                    *[x + o for x, o in zip(position, self.origin)],
-                    *velocity,
-                    *spin,
-                ]
+                [self.numbers[place], self.radii[place], *place_in_domain, *velocity, *spin]
             )
         rows.sort(key=lambda row: row[0])
         return rows

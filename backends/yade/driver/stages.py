@@ -58,13 +58,15 @@ class Runner:
 
     def _run_steps(self, count):
         """Steps with their records; forces of moments are means over these."""
-        scene, recorder, servo = self.scene, self.recorder, self.servo
+        scene, recorder, servo, cell = self.scene, self.recorder, self.servo, self.scene.cell
         recorder.begin()
         while count > 0:
             piece = min(count, HEALTH_STEPS)
             for _ in range(piece):
                 scene.step()
                 recorder.record(servo)
+                if cell and cell.after_step():
+                    recorder.record_cell()
                 if servo:
                     servo.control(recorder.force_of(servo.body))
             count -= piece
@@ -165,6 +167,28 @@ class Runner:
             velocity = [velocity[0], velocity[1], body.velocity[2]]
         self.scene.set_velocity(body, velocity)
 
+    def _do_deform(self, stage):
+        scene = self.scene
+        lengths = [u - l for u, l in zip(scene.upper, scene.lower)]
+        scene.cell.start(stage)
+        self.health.drive((abs(stage["shear_rate"]) + 6 * scene.cell.pace) * max(lengths))
+        self.recorder.restart_windows()
+        self._run_steps(self._steps_of(stage["duration"]))
+        self._moment(stage["name"])
+        scene.cell.stop()
+
+    def _do_save(self, stage):
+        saved = self.scene.save(stage["name"])
+        saved["servo"] = copy.copy(self.servo)
+        self.saved[stage["name"]] = saved
+        self.recorder.restart_windows()
+
+    def _do_restore(self, stage):
+        saved = self.saved[stage["name"]]
+        self.scene.go_back_to(saved)
+        self.servo = copy.copy(saved["servo"])
+        self.recorder.restart_windows()
+
     def _do_remove(self, stage):
         self.scene.remove(self.scene.find(stage["body"]))
 
@@ -185,8 +209,9 @@ class Runner:
                 "force": self.recorder.mean_force(body),
                 "velocity": velocity,
             }
+        cell = scene.cell.state() if scene.cell else None
         self.records.write(
-            "moment", name=name, time=scene.time(), packing=scene.packing(), walls=walls, cell=None
+            "moment", name=name, time=scene.time(), packing=scene.packing(), walls=walls, cell=cell
         )
 
     def _finish(self, reason, message, diagnostics):
@@ -204,6 +229,8 @@ class Runner:
                 "elastic_energy": elastic,
                 "contacts": O.interactions.countReal(),
             }
+            if scene.cell:
+                figures["cell_flips"] = scene.cell.flips
             figures = {k: v for k, v in figures.items() if math.isfinite(v)}
             self.recorder.write(self.records)
         figures.update(diagnostics)
