@@ -108,6 +108,7 @@ class Cell:
         turns = round(size[0, 2] / size[0, 0])
         size[0, 2] -= turns * size[0, 0]
         O.cell.hSize = size
+        O.interactions.eraseNonReal()  # the new collider finds them again, between the right images
         for contact in O.interactions:
             x, y, z = contact.cellDist
             contact.cellDist = Vector3i(x + turns * z, y, z)
