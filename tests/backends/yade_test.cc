@@ -191,15 +191,19 @@ TEST(Yade, HangEndsAtTheTimeLimit) {
 TEST(Yade, KilledFromOutsideItIsACrash) {
   const TemporaryFolder folder;
   std::jthread killer([&](std::stop_token done) {
-    while (!done.stop_requested()) {
-      for (const pid_t pid : SimulatorsIn(folder / "run", "python3")) kill(pid, SIGSEGV);
+    std::error_code ignored;
+    while (!done.stop_requested()) {  // once YADE is at work
+      const auto size = std::filesystem::file_size(folder / "run/result.jsonl", ignored);
+      if (!ignored && size > 0) {
+        for (const pid_t pid : SimulatorsIn(folder / "run", "python3")) kill(pid, SIGSEGV);
+      }
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
     }
   });
   const Trace trace = Simulate(
-      Endless(), {.work_folder = folder / "run", .time_limit = std::chrono::duration<double>(60)});
+      Endless(), {.work_folder = folder / "run", .time_limit = std::chrono::duration<double>(100)});
   EXPECT_EQ(trace.outcome.reason, Reason::crashed) << trace.outcome.message;
-  EXPECT_THAT(trace.outcome.message, HasSubstr("signal 11"));
+  EXPECT_THAT(trace.outcome.message, AllOf(HasSubstr("signal 11"), HasSubstr("stage")));
 }
 
 TEST(Yade, StopRequest) {

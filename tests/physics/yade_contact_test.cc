@@ -119,5 +119,43 @@ TEST(ContactsInYade, DmtUndamped) {
   ExpectWithin(1e-9, Worst(program, scene));
 }
 
+// Equal spheres that collide while they roll on each other: once the springs slide, both engines
+// take the same spin away in every step. Before, YADE's spring has a stiffness of its own.
+TEST(ContactsInYade, RollingPlateau) {
+  const double half = 3 * kRadius;
+  const double fast = 20 * kSpin;
+  Program program =
+      Vacuum({Ball(1, kRadius, {0, 0, -1.001 * kRadius}, {0, 0, kSpeed}, {fast, 0, 0}),
+              Ball(2, kRadius, {0, 0, 1.001 * kRadius}, {}, {-fast, 0, 0})});
+  program.domain = {{-half, -half, -half},
+                    {half, half, half},
+                    {Boundary::periodic, Boundary::periodic, Boundary::periodic}};
+  SetContact(program, {.restitution = 1, .rolling_friction = 0.2});
+  program.law = Incremental();
+  program.law.rolling = Rolling::epsd2;
+  program.law.torsion = false;
+  program.stages = {Advance{.duration = 400 * program.time_step, .packing_every = 1}};
+  const Trace embedded = RunOk(program);
+  const Trace yade = RunYade(program);
+  ASSERT_TRUE(yade.outcome.ok()) << yade.outcome.message;
+  ASSERT_EQ(yade.moments.size(), 400U);
+  const auto torque = [](const Trace& trace, std::size_t n) {  // in units of I/dt
+    return trace.moments[n].packing[0].spin[0] - trace.moments[n - 1].packing[0].spin[0];
+  };
+  double largest = 0;
+  for (std::size_t n = 1; n < 400; ++n) largest = std::max(largest, -torque(embedded, n));
+  EXPECT_GT(largest, 0);
+  int plateau = 0;
+  double worst = 0;
+  for (std::size_t n = 1; n < 400; ++n) {
+    if (-torque(embedded, n) < 0.5 * largest) continue;
+    worst = std::max(worst, std::abs(torque(yade, n) - torque(embedded, n)) / largest);
+    ++plateau;
+  }
+  Measured("torque on the plateau", worst);
+  EXPECT_GT(plateau, 50);
+  EXPECT_LT(worst, 1e-9);
+}
+
 }  // namespace
 }  // namespace powdercal::physics

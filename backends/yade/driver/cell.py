@@ -128,10 +128,6 @@ class Cell:
         """Rows x, y, z [Pa], compressive positive: of the contacts and of the motion."""
         return matrix_rows(-utils.getStress() - utils.getTotalDynamicStress())
 
-    def affine(self, position):
-        """Affine velocity at a position in YADE's frame [m/s]."""
-        return O.cell.velGrad * position
-
     def state(self):
         """CellState of backends/trace.h."""
         size = O.cell.hSize

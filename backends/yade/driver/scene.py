@@ -22,8 +22,7 @@ SPHERE_BIT = 1
 FAR = 8.0  # [domain's diagonal] inradius of the facet that stands for a plane
 IMMOVABLE = 1e200  # [kg m2] moment of inertia of glued spheres
 GLANCE = 1e-12  # [steps]
-MANY = 16  # bodies in one, from which on its force is sampled
-SAMPLE_EVERY = 5  # [steps] then
+MANY = 16  # bodies in one, from which on YADE sums up their forces
 
 
 def put(state, axis, coordinate):
