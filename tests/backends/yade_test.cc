@@ -183,7 +183,7 @@ TEST(Yade, StressThatIsNeverReached) {
 TEST(Yade, HangEndsAtTheTimeLimit) {
   const TemporaryFolder folder;
   const Trace trace = Simulate(
-      Endless(), {.work_folder = folder / "run", .time_limit = std::chrono::duration<double>(15)});
+      Endless(), {.work_folder = folder / "run", .time_limit = std::chrono::duration<double>(4)});
   EXPECT_EQ(trace.outcome.reason, Reason::timeout) << trace.outcome.message;
   EXPECT_TRUE(SimulatorsIn(folder / "run", "python3").empty());
 }

@@ -157,5 +157,74 @@ TEST(ContactsInYade, RollingPlateau) {
   EXPECT_LT(worst, 1e-9);
 }
 
+// A plane that rises and slides, the inside of a triangle, and a glued sphere each push a free one.
+TEST(ContactsInYade, MovingBodies) {
+  const double r = kRadius;
+  const double gap = 1e-3 * r;
+  const double v = kSpeed;
+  Program program =
+      Vacuum({Ball(1, r, {-2e-4, 0, r + gap}), Ball(2, r, {r + gap, 0, 1e-4}, {0, 0, 0.3 * v}),
+              Ball(3, 0.6 * r, {2e-4, 0, 1e-4}),
+              Ball(4, r, {2e-4, 1.6 * r + gap, 1e-4}, {0, 0, 0.2 * v})});
+  program.domain = {
+      {-4e-4, -4e-4, -4e-4}, {4e-4, 4e-4, 4e-4}, {Boundary::open, Boundary::open, Boundary::open}};
+  SetContact(program, {.restitution = 0.6, .friction = 0.3});
+  program.law = Incremental();
+  program.walls = {Floor()};
+  program.meshes = {{.name = "blade",
+                     .vertices = {{0, -1.2e-4, 1e-5}, {0, 1.2e-4, 1e-5}, {0, 0, 2.5e-4}},
+                     .triangles = {{0, 1, 2}}}};
+  program.groups = {{.name = "glued", .ids = {3}}};
+  program.stages = {Advance{.duration = kEvery * kFrames * program.time_step,
+                            .motions = {{.body = "floor", .velocity = {0.4 * v, 0, v}},
+                                        {.body = "blade", .velocity = {v, 0, 0}},
+                                        {.body = "glued", .velocity = {0, v, 0}}},
+                            .packing_every = kEvery}};
+  const Trace embedded = RunOk(program);
+  const Trace yade = RunYade(program);
+  ASSERT_TRUE(yade.outcome.ok()) << yade.outcome.message;
+  ASSERT_EQ(yade.moments.size(), embedded.moments.size());
+  double worst = 0;
+  double force = 0;
+  for (std::size_t n = 0; n < yade.moments.size(); ++n) {
+    for (std::size_t p = 0; p < 4; ++p) {
+      const Sphere& a = embedded.moments[n].packing[p];
+      const Sphere& b = yade.moments[n].packing[p];
+      worst = std::max({worst, Length(a.position - b.position) / r,
+                        Length(a.velocity - b.velocity) / v, r * Length(a.spin - b.spin) / v});
+    }
+    for (const char* body : {"floor", "blade", "glued"}) {
+      const WallState& a = embedded.moments[n].walls.at(body);
+      const WallState& b = yade.moments[n].walls.at(body);
+      EXPECT_NEAR(a.height, b.height, 1e-12) << body;
+      EXPECT_LT(Length(a.displacement - b.displacement), 1e-12) << body;
+      EXPECT_LT(Length(a.force - b.force), 1e-6 * Length(a.force) + 1e-14) << body << ", " << n;
+      force = std::max(force, Length(a.force));
+    }
+  }
+  Measured("moving bodies", worst);
+  EXPECT_LT(worst, 1e-6);
+  EXPECT_GT(force, 1e-8);
+  const Packing& end = yade.moments.back().packing;
+  for (const std::size_t p : {0U, 1U, 3U}) {
+    EXPECT_GT(Length(end[p].velocity - (*program.particles.packing)[p].velocity), 0.5 * v);
+  }
+}
+
+// What is YADE's own where contacts stick and damp: shown, so that it is known how much it is.
+TEST(ContactsInYade, DmtDampedDiffers) {
+  Scene scene(true);
+  scene.Pair("slow", 1, 1e-3 * kRadius, {1, 0, 0}, {0.1 * kSpeed, 0, 0}, {-0.1 * kSpeed, 0, 0});
+  scene.Pair("fast", 1, 1e-3 * kRadius, {1, 0, 0}, {kSpeed, 0, 0}, {-kSpeed, 0, 0});
+  scene.Pair("oblique", 1, 1e-3 * kRadius, {1, 0, 0}, {kSpeed, 0, 0.7 * kSpeed}, {});
+  ContactLaw law = Incremental();
+  law.cohesion = Cohesion::dmt;
+  Program program = SceneProgram(law, scene.packing());
+  program.gravity = {};
+  program.walls.clear();
+  const Difference worst = Worst(program, scene);
+  EXPECT_LT(worst.velocity, 0.2);
+}
+
 }  // namespace
 }  // namespace powdercal::physics

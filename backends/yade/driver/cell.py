@@ -1,9 +1,9 @@
 """A periodic cell that is deformed, as the stage Deform of backends/program.h says.
 
 YADE deforms the cell about its origin and adds the affine velocities to the particles' own; its
-equation of motion is m dv'/dt = F for velocities v' without the affine part. Shear tilts the cell. Once
-it leans by half its length, it is replaced by the one that leans the other way: the same lattice of
-images, so that contacts stay as they are (YADE's own `flipCell` tilts other edges as well).
+equation of motion is m dv'/dt = F for velocities v' without the affine part. Shear tilts the cell.
+Once it leans by half its length, it is replaced by the one that leans the other way: the same
+lattice of images, so that contacts stay as they are (YADE's `flipCell` tilts other edges as well).
 """
 
 import yade
@@ -15,7 +15,8 @@ from records import Outcome
 STRESS_EVERY = 20  # [steps]
 STRESS_WEIGHT = 0.3
 MOST_PACE = 6
-LEAST_WIDTH = 2.05  # [largest diameter] YADE wants particles, bounds and all, below half of a period
+# [largest diameter] YADE wants particles, bounds and all, below half of a period.
+LEAST_WIDTH = 2.05
 
 
 def matrix_rows(matrix):
@@ -88,13 +89,13 @@ class Cell:
         return rates
 
     def _set_rates(self, rates, shear_rate):
-        """From the next step on: YADE then gives the particles the change of the affine velocity."""
+        """From the next step on: YADE then gives particles the change of the affine velocity."""
         self._turn(shear_rate - self.shear_rate)
         self.rates, self.shear_rate = list(rates), shear_rate
         O.cell.velGrad = Matrix3(rates[0], 0, shear_rate, 0, rates[1], 0, 0, 0, rates[2])
 
     def _turn(self, change):
-        """Takes away in advance the spin that YADE gives the particles with a change of vorticity."""
+        """Takes away in advance the spin that YADE gives particles as the vorticity changes."""
         if change == 0:
             return
         spin = yade.Vector3(0, 0.5 * change, 0)

@@ -31,8 +31,8 @@ class Health:
         if not overlap <= WORST_OVERLAP:
             raise Outcome(
                 "unstable",
-                f"particles overlap by {overlap:.2f} R* at step {scene.steps}: too soft for the load, "
-                "or the time step is too long",
+                f"particles overlap by {overlap:.2f} R* at step {scene.steps}: too soft for the "
+                "load, or the time step is too long",
             )
         energy = scene.kinetic_energy()
         if not energy <= ENERGY_FACTOR * self._budget():

@@ -2,10 +2,10 @@
 
     python3 -I main.py YADE_MODULES JOB RESULT
 
-YADE_MODULES is the folder that holds the Python package `yade`; JOB is the JSON file that the C++ side
-wrote (program, placed particles, gains of the servos); RESULT becomes a file of JSON records, one a
-line (records.py). Whatever happens in the simulation is an outcome in that file and exit status 0. Any
-other status means that YADE or this driver failed; the reason is then on the standard error.
+YADE_MODULES is the folder that holds the Python package `yade`; JOB is the JSON file that the C++
+side wrote (job.h); RESULT becomes a file of JSON records, one a line (records.py). Whatever happens
+in the simulation is an outcome in that file and exit status 0. Any other status means that YADE or
+this driver failed; the reason is then on the standard error.
 """
 
 import json

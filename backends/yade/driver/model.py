@@ -1,9 +1,9 @@
 """Materials and contact law in YADE's terms.
 
-Hertz–Mindlin. With E* and G* of the canonical law, YADE computes k_no = 4/3 E* √R*, k_s = 8 G* √(R* δ),
-k_n = 3/2 k_no √δ = 2 E* √(R* δ) and damps with 2 betan √(m* k_n), 2 betas √(m* k_s): the canonical
-law for betan = betas = √(5/6) β. (`en` instead of `betan` follows another formula.) Planes and facets
-count as spheres of 1e8 radii, so that R* there is the sphere's radius but for 1e-8 of it.
+Hertz–Mindlin. With E* and G* of the canonical law, YADE computes k_no = 4/3 E* √R*, k_s = 8 G*
+√(R* δ), k_n = 3/2 k_no √δ = 2 E* √(R* δ) and damps with 2 betan √(m* k_n), 2 betas √(m* k_s): the
+canonical law for betan = betas = √(5/6) β. (`en` instead of `betan` follows another formula.)
+Facets count as spheres of 1e8 radii, so that R* there is the sphere's radius but for 1e-8 of it.
 
 Linear. YADE puts the constants of two materials in series, hence twice each.
 """

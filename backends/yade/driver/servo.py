@@ -21,7 +21,7 @@ class Servo:
         self.speed = gains["speed"]
         self.max_velocity = stage["max_velocity"]
         self.integral = max(-self.speed, min(self.integral, self.speed))
-        # Ten times what the bed takes to answer: its stress grows by about 1.5 kappa sigma per strain.
+        # Ten times what the bed takes to answer: its stress grows by 1.5 kappa sigma per strain.
         self.integral_time = 10 * bed_height / (1.5 * gains["kappa"] * self.speed)
 
     def control(self, force):

@@ -1,7 +1,7 @@
 """Goes through the stages of a program, looks after its health, and records.
 
-What each stage does is said at the stages of backends/program.h; averages are taken over the same steps
-as in the embedded engine.
+What each stage does is said at the stages of backends/program.h; averages are taken over the same
+steps as in the embedded engine.
 """
 
 import copy
@@ -142,8 +142,8 @@ class Runner:
         raise Outcome(
             "not_quasi_static",
             f"the bed still moves after {stage['max_duration']:.3g} s under load: stress "
-            f"{stress:.4g} Pa, relative change of height {change:.2g} in {window:.2g} s, kinetic to "
-            f"elastic energy {quiet:.2g}",
+            f"{stress:.4g} Pa, relative change of height {change:.2g} in {window:.2g} s, kinetic "
+            f"to elastic energy {quiet:.2g}",
         )
 
     def _do_advance(self, stage):
