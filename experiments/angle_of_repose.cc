@@ -223,6 +223,7 @@ void AngleOfRepose::Serialize(Archive& archive) {
   archive.Enumeration("method", method_, "method", MethodNames());
   if (method_ == Method::draw_down) {
     archive.Quantity("bed_aspect", bed_aspect_, "1", {.lower = 0.1, .upper = 2});
+    archive.Enumeration("sides", sides_, "sides", SidesNames());
   } else {
     archive.Quantity("outlet", outlet_diameters_, "1", {.lower = 2, .upper = 12});
   }
@@ -290,6 +291,7 @@ void AngleOfRepose::PlanDrawDown(Fidelity fidelity, double speed_ratio, Program*
   const double top = height * kSettledFraction / kLooseFraction;
   particles.packing = PourLoose(particles, {.lower = {0, 0, 0},
                                             .upper = {bed.length, bed.width, top},
+                                            .periodic_y = sides_ == Sides::periodic,
                                             .fall_speed = kFallSpeed * speed_ratio});
   program->domain = {{-d, 0, -d},
                      {bed.length + d / 2, bed.width, top + 2 * d},
@@ -297,6 +299,7 @@ void AngleOfRepose::PlanDrawDown(Fidelity fidelity, double speed_ratio, Program*
   program->walls = {{.name = kFloor, .position = 0},
                     {.name = kBackWall, .axis = 0, .position = 0},
                     {.name = kGate, .axis = 0, .position = bed.length, .facing_positive = false}};
+  if (sides_ == Sides::walls) EncloseBetweenWalls(1, program);
   const double longest = FlowTime(10 * std::sqrt(bed.length / gravity), speed_ratio);
   program->stages = {SettleAfterFall(top - height, kFallSpeed * speed_ratio, gravity, d),
                      Remove{kGate}, Flow(longest, 2 * std::sqrt(2 * height / gravity), gravity, d)};
@@ -376,8 +379,13 @@ FlankFit AngleOfRepose::MeasureDrawDown(const Program& program, const Moment& se
                                         const Moment& end, Measurement* measurement) const {
   const double d = program.particles.sizes.Moment(1);
   const BedSize bed = BedSizeOf(program.fidelity, d);
-  PlateWindow window{
-      .x0 = 0, .x1 = bed.length, .y0 = 0, .y1 = bed.width, .plate = 0, .period_y = bed.width};
+  const bool periodic = sides_ == Sides::periodic;
+  PlateWindow window{.x0 = 0,
+                     .x1 = bed.length,
+                     .y0 = 0,
+                     .y1 = bed.width,
+                     .plate = 0,
+                     .period_y = periodic ? bed.width : 0};
   const double pixel = d / kSurfacePixels;
   const double height =
       MeasureSurface(MeasureHeightField(settled.packing, window, pixel)).thickness;

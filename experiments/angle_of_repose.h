@@ -5,15 +5,17 @@
 
 #include "experiments/experiment.h"
 #include "experiments/heap_measures.h"
+#include "experiments/pouring.h"
 
 namespace powdercal {
 
 /// Angle of repose, by one of two methods.
 ///
 /// `draw_down`: a bed settles between a back wall at x = 0 and a gate, on a smooth floor, periodic
-/// in y. The gate is taken away; what flows beyond the floor's end, half a mean diameter outside
-/// the gate, is gone. The face that stays is read when everything is at rest, or at `flow_time`
-/// after the gate was opened.
+/// in y or, with `sides: walls`, between frictionless planes (as in consolidation.h). The gate is
+/// taken away; what flows beyond the floor's end, half a mean diameter outside the gate, is gone.
+/// The face that stays is read when everything is at rest, or at `flow_time` after the gate was
+/// opened.
 ///
 /// `funnel`: powder settles in a funnel whose outlet is closed: a cone with walls at 30° from the
 /// vertical, and a cylinder above. The plug is taken away, and the powder pours on a round plate
@@ -70,6 +72,7 @@ class AngleOfRepose final : public Experiment {
   FlankFit MeasureFunnel(const Program& program, const Moment& end, Measurement* measurement) const;
 
   Method method_ = Method::draw_down;
+  Sides sides_ = Sides::periodic;    // draw_down
   double bed_aspect_ = 0.8;          // [-] draw_down: height of the bed over its length
   double outlet_diameters_ = 8;      // [d] funnel
   std::optional<double> flow_time_;  // [s] at most, after the opening

@@ -73,6 +73,7 @@ std::span<const ResponseDescription> Consolidation::responses() const {
 void Consolidation::Serialize(Archive& archive) {
   archive.Require("stress");
   archive.Quantity("stress", stress_, "Pa", kPositive);
+  archive.Enumeration("sides", sides_, "sides", SidesNames());
   archive.Quantity("initial_solid_fraction", initial_solid_fraction_, "1",
                    {.lower = 0.05, .upper = 0.36});
   archive.Quantity("initial_velocity", initial_velocity_, "m/s", kNonNegative);
@@ -106,6 +107,10 @@ Program Consolidation::Plan(const SimulatedPowder& powder, const Conditions& con
   program.domain.upper = {cell.width, cell.width, top + 2 * d};
   program.walls = {{.name = kFloor, .position = 0, .facing_positive = true},
                    {.name = kLid, .position = top, .facing_positive = false}};
+  if (sides_ == Sides::walls) {
+    EncloseBetweenWalls(0, &program);
+    EncloseBetweenWalls(1, &program);
+  }
   program.gravity = {0, 0, -gravity};
   program.time_step = numerics.TimeStep(powder);
   const double velocity = initial_velocity_ * conditions.speed_ratio;

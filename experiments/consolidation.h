@@ -3,11 +3,15 @@
 #include <string>
 
 #include "experiments/experiment.h"
+#include "experiments/pouring.h"
 
 namespace powdercal {
 
 /// Uniaxial consolidation: loose powder, settled under gravity, is loaded by a flat lid to a normal
-/// stress and held until it is at rest. Periodic in x and y, so without the friction of a vessel.
+/// stress and held until it is at rest. Periodic in x and y, so without the friction of a vessel;
+/// or, with `sides: walls`, in a box of four frictionless planes, for simulators that cannot have
+/// planes in a periodic domain. Powder is looser along a wall: void ratios in the box are higher,
+/// and to be compared with others from such a box only.
 ///
 /// Protocol. Spheres are placed at random at `initial_solid_fraction` in a square cell and move
 /// down together at `initial_velocity`. This preparation is a part of the test: unlike the rate of
@@ -40,7 +44,8 @@ class Consolidation final : public Experiment {
   Measurement Measure(const Program& program, const Trace& trace, Outcome* outcome) const override;
 
  private:
-  double stress_ = 0;                     // [Pa] in the laboratory
+  double stress_ = 0;  // [Pa] in the laboratory
+  Sides sides_ = Sides::periodic;
   double initial_solid_fraction_ = 0.30;  // [-]
   double initial_velocity_ = 0.1;         // [m/s] downwards
   double max_load_time_ = 100;  // [t_i · bed height/d], then the load counts as unreachable

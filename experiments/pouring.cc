@@ -18,6 +18,26 @@ double MeanSphereVolume(const SizeDistribution& sizes) {
   return std::numbers::pi / 6 * sizes.Moment(3);
 }
 
+std::span<const std::string> SidesNames() {
+  static const std::vector<std::string> kNames = {"periodic", "walls"};
+  return kNames;
+}
+
+void EncloseBetweenWalls(int axis, Program* program) {
+  const auto a = static_cast<std::size_t>(axis);
+  const std::string letter(1, "xyz"[a]);
+  program->domain.boundaries[a] = Boundary::open;
+  program->walls.push_back({.name = "side_" + letter + "0",
+                            .axis = axis,
+                            .position = program->domain.lower[a],
+                            .frictionless = true});
+  program->walls.push_back({.name = "side_" + letter + "1",
+                            .axis = axis,
+                            .position = program->domain.upper[a],
+                            .facing_positive = false,
+                            .frictionless = true});
+}
+
 Packing PourLoose(const Particles& particles, const LooseBox& box) {
   const Domain domain{
       box.lower,

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
+#include <string>
 
 #include "backends/program.h"
 
@@ -14,6 +16,16 @@ double FallTime(double distance, double velocity, double gravity);
 
 /// Mean solid volume of a sphere [m3], pi/6 E(d³).
 double MeanSphereVolume(const SizeDistribution& sizes);
+
+/// What an experiment has at the sides of its domain.
+enum class Sides {
+  periodic,
+  walls,  ///< frictionless planes: for simulators without planes in a periodic domain
+};
+std::span<const std::string> SidesNames();
+
+/// Puts frictionless planes across `axis` where the domain ends, and opens it there.
+void EncloseBetweenWalls(int axis, Program* program);
 
 /// A box in which spheres are placed at random (insertion.h), to fall as one.
 struct LooseBox {

@@ -56,16 +56,20 @@ Mesh BladeMesh(double width, double gap, double thickness, double height) {
 }
 
 // Rows of equal spheres along y, hexagonal, over the domain's base, with their tops at z = 0.
+// Between walls every second row has one less, so that none reaches into a wall.
 Packing PlateLayer(const Domain& domain, double diameter, std::int64_t first_id) {
   const Vector3 lengths = domain.Lengths();
   const auto columns = static_cast<int>(std::floor(lengths[1] / diameter * (1 + 1e-12)));
   const double spacing = lengths[1] / columns;
   const double pitch = std::sqrt(diameter * diameter - spacing * spacing / 4);
   const auto rows = static_cast<int>(std::floor((lengths[0] - diameter) / pitch)) + 1;
+  const bool periodic = domain.boundaries[1] == Boundary::periodic;
   Packing layer;
   for (int row = 0; row < rows; ++row) {
-    for (int column = 0; column < columns; ++column) {
-      const double shift = row % 2 == 0 ? 0.25 : 0.75;
+    const bool even = row % 2 == 0;
+    const double shift = (even ? 0.25 : 0.75) + (periodic ? 0 : 0.25);
+    const int in_row = periodic || even ? columns : columns - 1;
+    for (int column = 0; column < in_row; ++column) {
       layer.push_back({.id = first_id + static_cast<std::int64_t>(layer.size()),
                        .radius = diameter / 2,
                        .position = {domain.lower[0] + diameter / 2 + row * pitch,
@@ -111,6 +115,7 @@ void Spreading::Serialize(Archive& archive) {
   archive.Quantity("gap", gap_, "m", kPositive);
   archive.Quantity("blade_thickness", blade_thickness_, "m", kPositive);
   archive.Enumeration("plate", plate_, "plate", PlateNames());
+  archive.Enumeration("sides", sides_, "sides", SidesNames());
   archive.Quantity("plate_particle_diameter", plate_particle_diameter_, "m", kPositive);
   if (archive.reading() && plate_particle_diameter_ && plate_ != Plate::rough) {
     throw archive.ErrorAt("plate_particle_diameter", "a smooth plate has no particles");
@@ -164,9 +169,11 @@ Program Spreading::Plan(const SimulatedPowder& powder, const Conditions& conditi
 
   Program program{.experiment = name(), .fidelity = fidelity};
   program.particles = {.sizes = powder.sizes, .count = count, .seed = seed};
-  program.particles.packing = PourLoose(
-      program.particles,
-      {.lower = {0, 0, 0}, .upper = {slab_length, width, slab_height}, .fall_speed = fall_speed});
+  program.particles.packing =
+      PourLoose(program.particles, {.lower = {0, 0, 0},
+                                    .upper = {slab_length, width, slab_height},
+                                    .periodic_y = sides_ == Sides::periodic,
+                                    .fall_speed = fall_speed});
   program.materials = powder.materials;
   program.law = powder.law;
   const bool rough = plate_ == Plate::rough;
@@ -175,6 +182,7 @@ Program Spreading::Plan(const SimulatedPowder& powder, const Conditions& conditi
                     {sweep + 0.6 * heap_length, width, 3 * slab_height},
                     {Boundary::outflow, Boundary::periodic, Boundary::open}};
   program.walls = {{.name = kPlate, .position = floor}};
+  if (sides_ == Sides::walls) EncloseBetweenWalls(1, &program);
   program.meshes = {BladeMesh(width, gap_, thickness, gap_ + 2 * slab_height)};
   if (rough) {
     GluedGroup group{.name = kPlateParticles};
@@ -247,7 +255,7 @@ Measurement Spreading::Measure(const Program& program, const Trace& trace, Outco
                            .y0 = 0,
                            .y1 = width,
                            .plate = 0,
-                           .period_y = width};
+                           .period_y = sides_ == Sides::periodic ? width : 0};
   const Coverage coverage = MeasureCoverage(packing, window);
   const PackingDensity density = MeasurePackingDensity(packing, window, gap_, d, density_cell_);
   const double pixel = d / kSurfacePixels;

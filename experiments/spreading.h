@@ -4,11 +4,13 @@
 #include <string>
 
 #include "experiments/experiment.h"
+#include "experiments/pouring.h"
 
 namespace powdercal {
 
 /// Spreading of a layer by a blade: powder in a heap before the blade is drawn over a plate and
-/// passes through the gap beneath. x is the direction of the sweep; periodic in y. The blade's
+/// passes through the gap beneath. x is the direction of the sweep; periodic in y or, with `sides:
+/// walls`, between frictionless planes (as in consolidation.h, for some simulators). The blade's
 /// front face starts at x = 0 and z = 0 is the level that the gap is measured from.
 ///
 /// Protocol. Spheres are placed at random before the blade, at a solid fraction of 0.30 and all of
@@ -64,6 +66,7 @@ class Spreading final : public Experiment {
   double gap_ = 80e-6;                     // [m]
   std::optional<double> blade_thickness_;  // [m] the gap
   Plate plate_ = Plate::rough;
+  Sides sides_ = Sides::periodic;
   std::optional<double> plate_particle_diameter_;  // [m] the powder's mean
   std::optional<double> sweep_;                    // [m] by fidelity
   std::optional<double> width_;                    // [m] by fidelity

@@ -48,7 +48,30 @@ TEST(Consolidation, TimeStepIsAFifthOfTheRayleighTimeOfTheSmallest) {
   EXPECT_NEAR(Plan().time_step, 0.2 * RayleighTime(6.25e-6, 8220, 5e6, 0.3), 1e-15);
 }
 
+// The program of studies that do not speak of sides is what it was.
+TEST(Consolidation, StandsBetweenWallsWhereWanted) {
+  const Program periodic = Plan();
+  EXPECT_EQ(periodic.walls.size(), 2u);
+  EXPECT_EQ(periodic.domain.boundaries[1], Boundary::periodic);
+  const Program walls =
+      At("stress: 9 kPa\nsides: walls")
+          .Plan(Powder(), {.stress = 900, .gravity = 9.81}, {}, Fidelity::quick, 7);
+  ASSERT_EQ(walls.walls.size(), 6u);
+  for (const int axis : {0, 1}) {
+    EXPECT_EQ(walls.domain.boundaries[axis], Boundary::open);
+    const PlaneWall& low = walls.walls[2 + 2 * axis];
+    const PlaneWall& high = walls.walls[3 + 2 * axis];
+    EXPECT_TRUE(low.frictionless && high.frictionless);
+    EXPECT_TRUE(low.facing_positive && !high.facing_positive);
+    EXPECT_EQ(low.axis, axis);
+    EXPECT_EQ(low.position, 0);
+    EXPECT_EQ(high.position, walls.domain.upper[axis]);
+  }
+  EXPECT_EQ(walls.domain.BaseArea(), periodic.domain.BaseArea());
+}
+
 TEST(Consolidation, RefusesBadOptions) {
+  EXPECT_THROW(At("stress: 9 kPa\nsides: wall"), InputError);
   EXPECT_THROW(At("stress: 9"), InputError);
   EXPECT_THROW(At("initial_velocity: 1 m/s"), InputError) << "stress is required";
   EXPECT_THROW(At("stress: 9 kPa\ninitial_solid_fraction: 0.6"), InputError);

@@ -78,6 +78,23 @@ TEST(Spreading, RoughPlateIsALayerThatNothingFallsThrough) {
   EXPECT_GT(discs / (lengths[0] * lengths[1]), 0.88) << "hexagonal: 0.907 without the ends";
 }
 
+TEST(Spreading, StandsBetweenWallsWhereWanted) {
+  const Program program = PlanOf(With("sides: walls"), MetalPowder());
+  EXPECT_EQ(program.domain.boundaries[1], Boundary::open);
+  ASSERT_EQ(program.walls.size(), 3U);
+  for (const std::size_t side : {1U, 2U}) {
+    EXPECT_EQ(program.walls[side].axis, 1);
+    EXPECT_TRUE(program.walls[side].frictionless);
+  }
+  const double width = program.domain.upper[1];
+  EXPECT_EQ(program.walls[2].position, width);
+  for (const Sphere& sphere : *program.particles.packing) {
+    EXPECT_GE(sphere.position[1], sphere.radius * (1 - 1e-12)) << "none reaches into a wall";
+    EXPECT_LE(sphere.position[1], width - sphere.radius * (1 - 1e-12));
+  }
+  EXPECT_LT(LargestOverlap(*program.particles.packing, 0), 1e-15);
+}
+
 TEST(Spreading, EqualArgumentsEqualPrograms) {
   const Spreading spreading = With("{}");
   EXPECT_EQ(PlanOf(spreading, MetalPowder()).Hash(), PlanOf(spreading, MetalPowder()).Hash());

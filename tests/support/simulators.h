@@ -8,8 +8,10 @@
 
 namespace powdercal {
 
-/// Process numbers of the LIGGGHTS processes that work in this folder or below it.
-inline std::vector<pid_t> SimulatorsIn(const std::filesystem::path& folder) {
+/// Process numbers of the LIGGGHTS processes, or those of another program, that work in this folder
+/// or below it.
+inline std::vector<pid_t> SimulatorsIn(const std::filesystem::path& folder,
+                                       const std::string& program = "liggghts") {
   std::vector<pid_t> found;
   std::error_code ignored;
   const std::string prefix = std::filesystem::weakly_canonical(folder).string();
@@ -19,7 +21,7 @@ inline std::vector<pid_t> SimulatorsIn(const std::filesystem::path& folder) {
     const std::string cwd = std::filesystem::read_symlink(entry.path() / "cwd", ignored).string();
     std::string command;
     std::getline(std::ifstream(entry.path() / "comm"), command);
-    if (cwd.starts_with(prefix) && command.starts_with("liggghts")) {
+    if (cwd.starts_with(prefix) && command.starts_with(program)) {
       found.push_back(static_cast<pid_t>(std::stol(pid)));
     }
   }
