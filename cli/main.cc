@@ -71,6 +71,7 @@ int main(int argc, char** argv) {
   cli::AddResume(program, status);
   cli::AddRun(program, status);
   cli::AddSimulate(program, status);
+  cli::AddVerify(program, status);
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -11,6 +11,7 @@
 #include "backends/registry.h"
 #include "cli/commands.h"
 #include "cli/output.h"
+#include "cli/parameters.h"
 #include "cli/signals.h"
 #include "cli/text.h"
 #include "core/quantity.h"
@@ -33,54 +34,6 @@ struct Options {
   std::string snapshots;
   bool json = false;
 };
-
-double ReadParameter(const Parameter& parameter, const std::string& text) {
-  const InputError::Details details{
-      .location = {"command line"}, .key = parameter.name, .value = text};
-  double value = 0;
-  try {
-    const Quantity quantity = Quantity::Parse(text);
-    value = quantity.dimension.dimensionless() ? quantity.si : ParseQuantity(text, parameter.unit);
-  } catch (const InputError& error) {
-    throw InputError(error.problem(), details);
-  }
-  if (value < 0) throw InputError("must be at least 0", details);
-  return value;
-}
-
-// "k=47500" or "cohesion_energy_density=47.5 kJ/m3": names or symbols; a bare number is in SI.
-std::vector<double> ReadParameters(const Study& study, const std::vector<std::string>& texts) {
-  const auto& known = study.space.parameters;
-  std::vector<std::optional<double>> values(known.size());
-  for (const std::string& text : texts) {
-    const std::size_t equals = text.find('=');
-    if (equals == std::string::npos) {
-      throw InputError("expected -p NAME=VALUE", {.location = {"command line"}, .value = text});
-    }
-    const std::string name = text.substr(0, equals);
-    const auto found = std::find_if(known.begin(), known.end(), [&](const Parameter& p) {
-      return p.name == name || p.symbol == name;
-    });
-    if (found == known.end()) {
-      std::vector<std::string> names;
-      for (const Parameter& p : known) names.push_back(p.name);
-      throw UnknownName("parameter", name, names, {.location = {"command line"}});
-    }
-    std::optional<double>& value = values[static_cast<std::size_t>(found - known.begin())];
-    if (value) throw InputError("given twice", {.location = {"command line"}, .key = found->name});
-    value = ReadParameter(*found, text.substr(equals + 1));
-  }
-  std::vector<double> result;
-  for (std::size_t i = 0; i < known.size(); ++i) {
-    if (!values[i]) {
-      throw InputError(fmt::format("missing parameter '{}'; give it as -p {}=VALUE", known[i].name,
-                                   known[i].symbol),
-                       {.location = {"command line"}});
-    }
-    result.push_back(*values[i]);
-  }
-  return result;
-}
 
 // [s]; 0 without the option.
 double ReadSnapshotInterval(const std::string& text) {
@@ -164,15 +117,6 @@ std::filesystem::path MakeFolder(const std::filesystem::path& folder) {
         {.location = {folder.string()}});
   }
   return folder;
-}
-
-std::filesystem::path MakeTemporaryFolder() {
-  std::string name = std::filesystem::temp_directory_path() / "powdercal-XXXXXX";
-  if (mkdtemp(name.data()) == nullptr) {
-    throw InputError(fmt::format("cannot make a temporary folder: {}", std::strerror(errno)),
-                     {.location = {name}});
-  }
-  return name;
 }
 
 // Hands in all runs, each with a folder of its own in that of `common`. Returns these, by ticket.

@@ -1,0 +1,76 @@
+#include "cli/parameters.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <optional>
+
+#include "core/errors.h"
+#include "core/quantity.h"
+
+namespace powdercal::cli {
+namespace {
+
+double ReadParameter(const Parameter& parameter, const std::string& text) {
+  const InputError::Details details{
+      .location = {"command line"}, .key = parameter.name, .value = text};
+  double value = 0;
+  try {
+    const Quantity quantity = Quantity::Parse(text);
+    value = quantity.dimension.dimensionless() ? quantity.si : ParseQuantity(text, parameter.unit);
+  } catch (const InputError& error) {
+    throw InputError(error.problem(), details);
+  }
+  if (value < 0) throw InputError("must be at least 0", details);
+  return value;
+}
+
+}  // namespace
+
+std::vector<double> ReadParameters(const Study& study, const std::vector<std::string>& texts) {
+  const auto& known = study.space.parameters;
+  std::vector<std::optional<double>> values(known.size());
+  for (const std::string& text : texts) {
+    const std::size_t equals = text.find('=');
+    if (equals == std::string::npos) {
+      throw InputError("expected -p NAME=VALUE", {.location = {"command line"}, .value = text});
+    }
+    const std::string name = text.substr(0, equals);
+    const auto found = std::find_if(known.begin(), known.end(), [&](const Parameter& p) {
+      return p.name == name || p.symbol == name;
+    });
+    if (found == known.end()) {
+      std::vector<std::string> names;
+      for (const Parameter& p : known) names.push_back(p.name);
+      throw UnknownName("parameter", name, names, {.location = {"command line"}});
+    }
+    std::optional<double>& value = values[static_cast<std::size_t>(found - known.begin())];
+    if (value) throw InputError("given twice", {.location = {"command line"}, .key = found->name});
+    value = ReadParameter(*found, text.substr(equals + 1));
+  }
+  std::vector<double> result;
+  for (std::size_t i = 0; i < known.size(); ++i) {
+    if (!values[i]) {
+      throw InputError(fmt::format("missing parameter '{}'; give it as -p {}=VALUE", known[i].name,
+                                   known[i].symbol),
+                       {.location = {"command line"}});
+    }
+    result.push_back(*values[i]);
+  }
+  return result;
+}
+
+std::filesystem::path MakeTemporaryFolder() {
+  std::string name = std::filesystem::temp_directory_path() / "powdercal-XXXXXX";
+  if (mkdtemp(name.data()) == nullptr) {
+    throw InputError(fmt::format("cannot make a temporary folder: {}", std::strerror(errno)),
+                     {.location = {name}});
+  }
+  return name;
+}
+
+}  // namespace powdercal::cli

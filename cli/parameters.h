@@ -1,0 +1,19 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "studies/study.h"
+
+namespace powdercal::cli {
+
+/// Values of a study's free parameters [SI], in its order, from "k=47500" or
+/// "cohesion_energy_density=47.5 kJ/m3": names or symbols; a bare number is in SI. Throws
+/// InputError unless each is given once.
+std::vector<double> ReadParameters(const Study& study, const std::vector<std::string>& texts);
+
+/// A folder of its own below the system's for temporary files. Throws InputError.
+std::filesystem::path MakeTemporaryFolder();
+
+}  // namespace powdercal::cli

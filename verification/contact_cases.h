@@ -1,0 +1,45 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "backends/program.h"
+#include "verification/laws.h"
+
+namespace powdercal::verification {
+
+/// Two spheres, or a sphere and a wall, from before they touch until they have parted or swing
+/// about each other; a packing at even intervals of steps.
+struct ContactCase {
+  std::string name;         ///< "oblique"
+  std::string description;  ///< one line, for people
+  /// What is looked at: L0 the linear law; L1 Hertz alone, head-on; L2 Hertz–Mindlin with history;
+  /// L3 DMT adhesion, undamped, equal spheres; L4 rolling resistance of epsd2, undamped, equal
+  /// spheres; P the seed paper's law; X any other.
+  std::string level;
+  bool slips = false;   ///< the tangential spring plays a part
+  bool twists = false;  ///< spheres turn about the line of their centres
+  Program program;      ///< with the subject's own law
+};
+
+/// The cases that mean something for a law: pull-off with cohesion only, undamped ones where a
+/// level asks for them, several sizes only where the subject has them.
+std::vector<ContactCase> ContactCases(const Subject& subject);
+
+/// The same case with the law written in another way that one backend or the other knows.
+struct Variant {
+  Program program;
+  /// Variants of equal models move alike; those of different ones do not, and are compared with
+  /// themselves only.
+  std::string model;
+};
+
+/// The case as it is, then with the other `shear_update` and the other `torsion`. Where nothing
+/// slips, or the spring is linear, the updates are one model; where nothing twists, torsion is.
+std::vector<Variant> VariantsOf(const ContactCase& contact);
+
+/// Bound of all relative differences of a case [-]: L0 1e-7, L1 1e-12, others 1e-9; 1e-6 where the
+/// tangential spring is `incremental` and plays a part.
+double ContactTolerance(const ContactCase& contact, const ContactLaw& law);
+
+}  // namespace powdercal::verification
