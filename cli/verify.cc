@@ -20,6 +20,8 @@
 #include "studies/runner.h"
 #include "verification/ladder.h"
 #include "verification/ladder_json.h"
+#include "verification/packing_rung.h"
+#include "verification/study_rungs.h"
 
 namespace powdercal::cli {
 namespace {
@@ -98,9 +100,14 @@ std::vector<std::string> Simulators() {
   return names;
 }
 
-// Those that were asked for, or all simulators; the study's own first, with its options.
-std::vector<std::unique_ptr<Backend>> MakeBackends(const std::vector<std::string>& given,
-                                                   Study* study) {
+// Those that were asked for, or all simulators; the study's own is used with its options, and comes
+// first by default.
+struct Backends {
+  std::vector<std::unique_ptr<Backend>> owned;
+  std::vector<Contender> contenders;
+};
+
+Backends MakeBackends(const std::vector<std::string>& given, const Study* study) {
   const std::vector<std::string> known = Simulators();
   const std::string own = study != nullptr ? study->backend.backend->name() : "";
   std::vector<std::string> names = given.empty() ? known : given;
@@ -108,7 +115,7 @@ std::vector<std::unique_ptr<Backend>> MakeBackends(const std::vector<std::string
     std::stable_partition(names.begin(), names.end(),
                           [&](const std::string& name) { return name == own; });
   }
-  std::vector<std::unique_ptr<Backend>> backends;
+  Backends backends;
   for (auto name = names.begin(); name != names.end(); ++name) {
     const InputError::Details details{.location = {"command line"}, .key = "--backends"};
     if (std::find(known.begin(), known.end(), *name) == known.end()) {
@@ -117,10 +124,15 @@ std::vector<std::unique_ptr<Backend>> MakeBackends(const std::vector<std::string
     if (std::find(names.begin(), name, *name) != name) {
       throw CommandLineError("given twice", "--backends", *name);
     }
-    backends.push_back(*name == own ? std::move(study->backend.backend) : MakeBackend(*name));
-    if (*name != own) backends.back()->Prepare({});
+    if (*name == own) {
+      backends.contenders.emplace_back(*study->backend.backend);
+    } else {
+      backends.owned.push_back(MakeBackend(*name));
+      backends.owned.back()->Prepare({});
+      backends.contenders.emplace_back(*backends.owned.back());
+    }
   }
-  if (backends.size() < 2) throw CommandLineError("needs two backends at least", "--backends");
+  if (names.size() < 2) throw CommandLineError("needs two backends at least", "--backends");
   return backends;
 }
 
@@ -154,6 +166,83 @@ struct Task {
   std::optional<std::chrono::duration<double>> time_limit;
 };
 
+// The best point of a run folder.
+std::vector<double> BestPoint(Study& study, const fs::path& folder, std::string& source) {
+  const StudyResults results =
+      CollectResults(study, Ledger(folder / "ledger.sqlite", Ledger::Mode::read_only));
+  if (!results.best) {
+    throw InputError("the run has no best point; give parameters with -p",
+                     {.location = {folder.string()}});
+  }
+  const EvaluationResult& best = results.history[*results.best];
+  source = fmt::format("the best point, #{}, of {} ({})", best.id, folder.string(), results.state);
+  std::vector<double> values;
+  for (const Parameter& parameter : study.space.parameters) {
+    values.push_back(best.parameters.at(parameter.name));
+  }
+  return values;
+}
+
+// The law as the first experiment that can be planned simulates it.
+Subject SubjectOf(const Planner& planner, const std::vector<double>& parameters) {
+  const Study& study = planner.study();
+  std::string reason = "the study has no experiment";
+  std::optional<Subject> subject;
+  for (std::size_t i = 0; i < study.experiments.size() && !subject; ++i) {
+    if (const std::string why = planner.ExplainUnplanned(i); !why.empty()) {
+      reason = why;
+      continue;
+    }
+    const Program program = planner.PlanExperiment(i, parameters, 0).program;
+    subject = Subject{.name = study.name,
+                      .description = study.description,
+                      .law = program.law,
+                      .materials = program.materials,
+                      .sizes = study.powder.sizes,
+                      .time_step = program.time_step,
+                      // That of the shipped laws against their E, unless an experiment has one.
+                      .stress = 1.8e-4 * program.materials.young_modulus};
+    for (const Stage& stage : program.stages) {
+      if (const auto* servo = std::get_if<Servo>(&stage)) subject->stress = servo->stress;
+    }
+  }
+  if (!subject) throw InputError(reason, {.location = {study.file}});
+  return *subject;
+}
+
+Task ReadStudy(const Options& options) {
+  Task task;
+  const fs::path path = options.study.file();
+  const bool folder = fs::is_directory(path);
+  if (folder) {
+    const auto others = options.study.GivenOptions({"--parallel", "--run-timeout"});
+    if (!others.empty()) {
+      throw CommandLineError("changes the study, which a run folder has already", others.front());
+    }
+    task.study = std::make_unique<Study>(LoadFromFolder(path));
+  } else {
+    task.study = std::make_unique<Study>(options.study.Load());
+  }
+  LadderSubject& subject = task.subject;
+  if (!options.parameters.empty()) {
+    subject.parameters = ReadParameters(*task.study, options.parameters);
+    subject.parameters_source = "the command line";
+  } else if (folder) {
+    subject.parameters = BestPoint(*task.study, path, subject.parameters_source);
+  }
+  task.planner = std::make_unique<Planner>(*task.study);
+  subject.planner = task.planner.get();
+  const bool point = !subject.parameters.empty();
+  if (!point) subject.parameters_source = "the centre of the study's ranges; rungs 1 and 2 only";
+  subject.law = SubjectOf(*task.planner, point ? subject.parameters : task.planner->Centre());
+  task.fingerprint = "verification of study " + task.study->Fingerprint();
+  task.parallel = task.study->parallel();
+  if (const auto& limit = task.study->budget.run_timeout) {
+    task.time_limit = std::chrono::duration<double>(*limit);
+  }
+  return task;
+}
+
 Task ReadLaw(const Options& options) {
   if (!options.parameters.empty()) {
     throw CommandLineError("needs a study: a law alone has no free parameters", "-p");
@@ -162,39 +251,92 @@ Task ReadLaw(const Options& options) {
   if (!others.empty()) throw CommandLineError("needs a study", others.front());
   Task task{.subject = {.law = ShippedLaw(options.law)}};
   task.fingerprint = "verification of law " + options.law;
+  return task;
+}
+
+Task ReadTask(const Options& options) {
+  if (options.law.empty() == options.study.file().empty()) {
+    throw InputError(
+        fmt::format("give either a study, or a law with --law ({})", JoinNames(LawNames())),
+        {.location = {"command line"}});
+  }
+  Task task = options.law.empty() ? ReadStudy(options) : ReadLaw(options);
   const std::string parallel = options.study.Given("--parallel");
   const std::string limit = options.study.Given("--run-timeout");
   if (!parallel.empty()) task.parallel = ReadParallel(parallel);
   if (!limit.empty()) {
     task.time_limit = std::chrono::duration<double>(ReadSeconds(limit, "--run-timeout"));
   }
-  return task;
-}
-
-Task ReadTask(const Options& options) {
-  if (options.law.empty() == options.study.file().empty()) {
-    throw CommandLineError(
-        fmt::format("give either a study, or a law with --law ({})", JoinNames(LawNames())), "");
-  }
-  Task task = ReadLaw(options);
   if (task.parallel == 0) {
     task.parallel = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   }
   return task;
 }
 
+// "void_ratio=0.01", "shear.cohesion=20 Pa".
+std::map<std::string, double> ReadMargins(const std::vector<std::string>& texts, const Task& task) {
+  std::map<std::string, std::string> units;
+  if (task.study) units = ExperimentQuantities(*task.study);
+  for (const std::string& name : PackingQuantities()) units[name] = "1";
+  std::map<std::string, double> margins;
+  for (const std::string& text : texts) {
+    const std::size_t equals = text.find('=');
+    if (equals == std::string::npos) {
+      throw CommandLineError("expected --margin NAME=VALUE", "--margin", text);
+    }
+    const std::string name = text.substr(0, equals);
+    const auto unit = units.find(name);
+    if (unit == units.end()) {
+      std::vector<std::string> known;
+      for (const auto& [key, ignored] : units) known.push_back(key);
+      throw UnknownName("quantity", name, known, {.location = {"command line"}, .key = "--margin"});
+    }
+    double value = 0;
+    try {
+      const powdercal::Quantity quantity = powdercal::Quantity::Parse(text.substr(equals + 1));
+      value = quantity.dimension.dimensionless()
+                  ? quantity.si
+                  : ParseQuantity(text.substr(equals + 1), unit->second);
+    } catch (const InputError& error) {
+      throw CommandLineError(error.problem(), "--margin", text);
+    }
+    if (!(value > 0)) throw CommandLineError("must be above 0", "--margin", text);
+    if (!margins.emplace(name, value).second) {
+      throw CommandLineError("given twice", "--margin", name);
+    }
+  }
+  return margins;
+}
+
+LadderOptions ReadLadder(const Options& options, const Task& task) {
+  LadderOptions ladder{.seeds = options.seeds, .margins = ReadMargins(options.margins, task)};
+  const bool point = !task.subject.parameters.empty();
+  ladder.rungs = ReadRungs(options.rungs);
+  if (ladder.rungs.empty()) {
+    ladder.rungs = {Rung::contact, Rung::packing};
+    if (point) ladder.rungs.insert(ladder.rungs.end(), {Rung::experiment, Rung::calibration});
+    if (task.study && !point) {
+      Say("note: rungs 3 and 4 need parameters (-p NAME=VALUE), or a run folder instead of the "
+          "study\n");
+    }
+  }
+  for (const Rung rung : ladder.rungs) {
+    if (rung == Rung::contact || rung == Rung::packing || point) continue;
+    throw CommandLineError(
+        task.study ? fmt::format("rung '{}' needs parameters: give -p NAME=VALUE, or a run folder "
+                                 "instead of the study",
+                                 ToString(rung))
+                   : fmt::format("rung '{}' needs a study: a law alone has no experiments",
+                                 ToString(rung)),
+        "--rungs");
+  }
+  return ladder;
+}
+
 int Verify(const Options& options) {
   Task task = ReadTask(options);
-  LadderOptions ladder{.seeds = options.seeds};
-  const std::vector<Rung> rungs = ReadRungs(options.rungs);
-  if (!rungs.empty()) ladder.rungs = rungs;
-  for (const Rung rung : ladder.rungs) {
-    const std::string reason = ExplainNoRung(task.subject, rung);
-    if (!reason.empty()) throw CommandLineError(reason, "--rungs");
-  }
-  const auto backends = MakeBackends(options.backends, task.study.get());
-  std::vector<Contender> contenders;
-  for (const auto& backend : backends) contenders.emplace_back(*backend);
+  const LadderOptions ladder = ReadLadder(options, task);
+  const Backends backends = MakeBackends(options.backends, task.study.get());
 
   SignalStop signals;
   std::unique_ptr<RunDirectory> directory;
@@ -212,7 +354,7 @@ int Verify(const Options& options) {
   LadderReport report;
   {
     LadderDisplay display;
-    report = ClimbLadder(task.subject, contenders, ladder,
+    report = ClimbLadder(task.subject, backends.contenders, ladder,
                          {.parallel = task.parallel,
                           .time_limit = task.time_limit,
                           .work_folder = work_folder,

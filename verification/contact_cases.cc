@@ -250,16 +250,6 @@ Program MakeProgram(const Sketch& sketch, const Subject& subject) {
   return program;
 }
 
-std::string ModelOf(const ContactCase& contact, const ContactLaw& law) {
-  std::string model;
-  if (contact.slips && law.normal == Normal::hertz && law.tangential == Tangential::history) {
-    model += ShearUpdateNames()[static_cast<std::size_t>(law.shear_update)];
-  }
-  if (contact.twists && law.rolling != Rolling::none)
-    model += law.torsion ? "+torsion" : "-torsion";
-  return model;
-}
-
 }  // namespace
 
 std::vector<ContactCase> ContactCases(const Subject& subject) {
@@ -274,29 +264,6 @@ std::vector<ContactCase> ContactCases(const Subject& subject) {
                      .program = MakeProgram(sketch, subject)});
   }
   return cases;
-}
-
-std::vector<Variant> VariantsOf(const ContactCase& contact) {
-  std::vector<Variant> variants;
-  const ContactLaw& own = contact.program.law;
-  const auto add = [&](bool other_update, bool other_torsion) {
-    Variant variant{.program = contact.program};
-    ContactLaw& law = variant.program.law;
-    if (other_update) {
-      law.shear_update = own.shear_update == ShearUpdate::displacement ? ShearUpdate::incremental
-                                                                       : ShearUpdate::displacement;
-    }
-    if (other_torsion) law.torsion = !own.torsion;
-    variant.model = ModelOf(contact, law);
-    variants.push_back(std::move(variant));
-  };
-  add(false, false);
-  if (own.tangential == Tangential::history) add(true, false);
-  if (own.rolling != Rolling::none) {
-    add(false, true);
-    if (own.tangential == Tangential::history) add(true, true);
-  }
-  return variants;
 }
 
 double ContactTolerance(const ContactCase& contact, const ContactLaw& law) {

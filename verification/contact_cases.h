@@ -26,18 +26,6 @@ struct ContactCase {
 /// level asks for them, several sizes only where the subject has them.
 std::vector<ContactCase> ContactCases(const Subject& subject);
 
-/// The same case with the law written in another way that one backend or the other knows.
-struct Variant {
-  Program program;
-  /// Variants of equal models move alike; those of different ones do not, and are compared with
-  /// themselves only.
-  std::string model;
-};
-
-/// The case as it is, then with the other `shear_update` and the other `torsion`. Where nothing
-/// slips, or the spring is linear, the updates are one model; where nothing twists, torsion is.
-std::vector<Variant> VariantsOf(const ContactCase& contact);
-
 /// Bound of all relative differences of a case [-]: L0 1e-7, L1 1e-12, others 1e-9; 1e-6 where the
 /// tangential spring is `incremental` and plays a part.
 double ContactTolerance(const ContactCase& contact, const ContactLaw& law);

@@ -5,7 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <mutex>
+
+#include "verification/forms.h"
 
 namespace powdercal::verification {
 namespace {
@@ -26,55 +27,11 @@ Packing ById(Packing packing) {
   return packing;
 }
 
-// Indices of the variants that a pair is compared in: of one model, the earliest in the list.
-struct Choice {
-  std::size_t a = 0;
-  std::size_t b = 0;
-};
-
-std::optional<Choice> Choose(const std::vector<Variant>& variants,
-                             const std::vector<std::string>& why_not_a,
-                             const std::vector<std::string>& why_not_b) {
-  std::optional<Choice> best;
-  for (std::size_t i = 0; i < variants.size(); ++i) {
-    for (std::size_t j = 0; j < variants.size(); ++j) {
-      if (!why_not_a[i].empty() || !why_not_b[j].empty()) continue;
-      if (variants[i].model != variants[j].model) continue;
-      if (!best || i + j < best->a + best->b) best = Choice{i, j};
-    }
-  }
-  return best;
-}
-
-// Why there is no such choice.
-std::string Explain(const Contender& a, const Contender& b,
-                    const std::vector<std::string>& why_not_a,
-                    const std::vector<std::string>& why_not_b) {
-  const auto none = [](const std::vector<std::string>& reasons) {
-    return std::none_of(reasons.begin(), reasons.end(),
-                        [](const std::string& reason) { return reason.empty(); });
-  };
-  if (none(why_not_a)) return fmt::format("{}: {}", a.name, why_not_a.front());
-  if (none(why_not_b)) return fmt::format("{}: {}", b.name, why_not_b.front());
-  // Each has a form of its own.
-  for (std::size_t i = 0; i < why_not_a.size(); ++i) {
-    if (!why_not_a[i].empty() && why_not_b[i].empty()) {
-      for (std::size_t j = 0; j < why_not_b.size(); ++j) {
-        if (!why_not_b[j].empty() && why_not_a[j].empty()) {
-          return fmt::format("no form of the law that both have. {}: {}. {}: {}", a.name,
-                             why_not_a[i], b.name, why_not_b[j]);
-        }
-      }
-    }
-  }
-  return "no form of the law that both have";
-}
-
 // One case in all its forms, and what each backend made of them.
 struct CaseRuns {
   ContactCase contact;
-  std::vector<Variant> variants;
-  std::vector<std::vector<std::string>> why_not;  // by contender and variant
+  std::vector<Form> forms;
+  std::vector<std::vector<std::string>> why_not;  // by contender and form
 };
 
 class ContactVerifier {
@@ -84,13 +41,10 @@ class ContactVerifier {
 
   std::vector<Finding> Verify(const Subject& subject) {
     for (ContactCase& contact : ContactCases(subject)) {
-      CaseRuns runs{.variants = VariantsOf(contact)};
+      CaseRuns runs{.forms = FormsOf(contact.program, contact.slips, contact.twists)};
       runs.contact = std::move(contact);
       for (const Contender& contender : contenders_) {
-        std::vector<std::string>& reasons = runs.why_not.emplace_back();
-        for (const Variant& variant : runs.variants) {
-          reasons.push_back(contender.ExplainUnsupported(variant.program));
-        }
+        runs.why_not.push_back(ExplainForms(contender, runs.forms));
       }
       cases_.push_back(std::move(runs));
     }
@@ -111,7 +65,7 @@ class ContactVerifier {
   struct Key {
     const CaseRuns* runs = nullptr;
     std::size_t contender = 0;
-    std::size_t variant = 0;
+    std::size_t form = 0;
     auto operator<=>(const Key&) const = default;
   };
   struct Result {
@@ -123,7 +77,7 @@ class ContactVerifier {
     for (const CaseRuns& runs : cases_) {
       for (std::size_t a = 0; a < contenders_.size(); ++a) {
         for (std::size_t b = a + 1; b < contenders_.size(); ++b) {
-          const auto choice = Choose(runs.variants, runs.why_not[a], runs.why_not[b]);
+          const auto choice = ChooseForms(runs.forms, runs.why_not[a], runs.why_not[b]);
           if (!choice) continue;
           results_[{&runs, a, choice->a}];
           results_[{&runs, b, choice->b}];
@@ -137,7 +91,7 @@ class ContactVerifier {
     for (auto& [key, result] : results_) {
       Trace* trace = &result.trace;
       jobs.push_back({.contender = &contenders_[key.contender],
-                      .program = key.runs->variants[key.variant].program,
+                      .program = key.runs->forms[key.form].program,
                       .name = key.runs->contact.name,
                       .keep = false,
                       .measure = [trace](const Trace& measured, Outcome*) {
@@ -156,20 +110,12 @@ class ContactVerifier {
                     .level = runs.contact.level,
                     .a = contenders_[a].name,
                     .b = contenders_[b].name};
-    const auto choice = Choose(runs.variants, runs.why_not[a], runs.why_not[b]);
+    const auto choice = ChooseForms(runs.forms, runs.why_not[a], runs.why_not[b]);
     if (!choice) {
-      finding.reason = Explain(contenders_[a], contenders_[b], runs.why_not[a], runs.why_not[b]);
+      finding.reason = ExplainNoForm(finding.a, runs.why_not[a], finding.b, runs.why_not[b]);
       return finding;
     }
-    const ContactLaw& law = runs.variants[choice->a].program.law;
-    finding.law_a = law.ToString();
-    finding.law_b = runs.variants[choice->b].program.law.ToString();
-    if (choice->a != 0 || choice->b != 0) {
-      finding.note = finding.law_a == finding.law_b
-                         ? fmt::format("in a form that both have: {}", finding.law_a)
-                         : fmt::format("in forms that are one here: {} in {}, {} in {}",
-                                       finding.law_a, finding.a, finding.law_b, finding.b);
-    }
+    NoteForms(runs.forms, *choice, finding);
     const Result& first = results_.at({&runs, a, choice->a});
     const Result& second = results_.at({&runs, b, choice->b});
     for (const auto& [contender, result] : {std::pair{a, &first}, std::pair{b, &second}}) {
@@ -180,7 +126,7 @@ class ContactVerifier {
       return finding;
     }
     Outcome outcome;
-    const double tolerance = ContactTolerance(runs.contact, law);
+    const double tolerance = ContactTolerance(runs.contact, runs.forms[choice->a].program.law);
     finding.quantities = CompareTrajectories(first.trace, second.trace, tolerance, &outcome);
     if (!outcome.ok()) {
       finding.verdict = Verdict::failed;

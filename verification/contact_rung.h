@@ -11,7 +11,7 @@ namespace powdercal::verification {
 
 /// Rung 1: every pair of backends in every case of the law, frame by frame at the same times.
 ///
-/// For each pair and case the law is taken in a form that both know (VariantsOf): first the
+/// For each pair and case the law is taken in a form that both know (forms.h): first the
 /// subject's own, then the other `shear_update` or `torsion`. Which one it was is in the finding.
 /// Where a case looks the same in several forms, each backend may have its own.
 std::vector<Finding> VerifyContacts(const Subject& subject, std::span<const Contender> contenders,

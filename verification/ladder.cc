@@ -7,6 +7,8 @@
 
 #include "core/version.h"
 #include "verification/contact_rung.h"
+#include "verification/packing_rung.h"
+#include "verification/study_rungs.h"
 
 namespace powdercal::verification {
 namespace {
@@ -43,6 +45,41 @@ void Append(std::vector<Finding>& findings, std::vector<Finding> more) {
                   std::make_move_iterator(more.end()));
 }
 
+std::vector<Finding> FindExperiments(const LadderSubject& subject,
+                                     std::span<const Contender> contenders,
+                                     const LadderOptions& options, const RunOptions& run_options) {
+  const std::vector<SeedCase> cases =
+      ExperimentCases(*subject.planner, subject.parameters, options.seeds, options.margins);
+  std::vector<Finding> findings =
+      CompareOverSeeds(Rung::experiment, cases, contenders, options.level, run_options);
+  Append(findings, UnplannedExperiments(*subject.planner, contenders));
+  return findings;
+}
+
+// One rung; `below`: what was found on those before it.
+std::vector<Finding> Climb(Rung rung, const LadderSubject& subject,
+                           std::span<const Contender> contenders, const LadderOptions& options,
+                           const RunOptions& run_options, const std::vector<Finding>& below) {
+  switch (rung) {
+    case Rung::contact:
+      return VerifyContacts(subject.law, contenders, run_options);
+    case Rung::packing: {
+      const SeedCase bed = PackingCase(subject.law, options.seeds, options.margins);
+      return CompareOverSeeds(rung, std::span(&bed, 1), contenders, options.level, run_options);
+    }
+    case Rung::experiment:
+      return FindExperiments(subject, contenders, options, run_options);
+    case Rung::calibration:
+      break;
+  }
+  const bool known = std::any_of(below.begin(), below.end(), [](const Finding& finding) {
+    return finding.rung == Rung::experiment;
+  });
+  return JudgeCalibration(
+      subject.planner->study(),
+      known ? below : FindExperiments(subject, contenders, options, run_options), options.level);
+}
+
 }  // namespace
 
 int LadderReport::Count(Verdict verdict) const {
@@ -53,11 +90,6 @@ int LadderReport::Count(Verdict verdict) const {
 bool LadderReport::passed() const {
   return std::none_of(findings.begin(), findings.end(),
                       [](const Finding& finding) { return SpeaksAgainst(finding.verdict); });
-}
-
-std::string ExplainNoRung(const LadderSubject& subject, Rung rung) {
-  if (rung == Rung::contact || rung == Rung::packing || subject.planner != nullptr) return "";
-  return fmt::format("rung '{}' needs a study: a law alone has no experiments", ToString(rung));
 }
 
 void NoteBridges(std::vector<Finding>& findings) {
@@ -90,6 +122,12 @@ LadderReport ClimbLadder(const LadderSubject& subject, std::span<const Contender
                       .program_version = kVersion,
                       .options = options,
                       .parameters_source = subject.parameters_source};
+  if (subject.planner != nullptr) {
+    const auto& known = subject.planner->study().space.parameters;
+    for (std::size_t i = 0; i < subject.parameters.size(); ++i) {
+      report.parameters[known[i].name] = subject.parameters[i];
+    }
+  }
   for (const Contender& contender : contenders) {
     const Availability& availability = contender.availability;
     report.contenders.push_back({contender.name, availability.version,
@@ -101,9 +139,7 @@ LadderReport ClimbLadder(const LadderSubject& subject, std::span<const Contender
   common.listener = &recorder;
   for (const Rung rung : options.rungs) {
     if (run_options.stop.stop_requested()) break;
-    if (rung == Rung::contact) {
-      Append(report.findings, VerifyContacts(subject.law, contenders, common));
-    }
+    Append(report.findings, Climb(rung, subject, contenders, options, common, report.findings));
   }
   report.interrupted = run_options.stop.stop_requested();
   NoteBridges(report.findings);

@@ -67,9 +67,6 @@ struct LadderReport {
   bool passed() const;
 };
 
-/// Why the subject cannot be taken up a rung at all (a law has no experiments), or "".
-std::string ExplainNoRung(const LadderSubject& subject, Rung rung);
-
 /// Climbs the rungs with every pair of contenders, the earlier one in the list being the reference.
 /// Runs that fail are findings; what throws is a mistake of the caller's.
 LadderReport ClimbLadder(const LadderSubject& subject, std::span<const Contender> contenders,

@@ -82,8 +82,8 @@ Subject ShippedLaw(const std::string& name) {
       // LIGGGHTS has DMT between equal spheres only.
       subject.sizes = {.kind = SizeDistribution::Kind::monodisperse, .mean = 29e-6};
     }
-    subject.time_step = 0.15 * RayleighTime(subject.sizes.Quantile(0) / 2, m.density,
-                                            m.young_modulus, m.poisson_ratio);
+    subject.time_step = 0.2 * RayleighTime(subject.sizes.Quantile(0) / 2, m.density,
+                                           m.young_modulus, m.poisson_ratio);
     subject.stress = 900;
     return subject;
   }
