@@ -5,6 +5,7 @@
 #include "backends/embedded/embedded.h"
 #include "backends/liggghts/liggghts.h"
 #include "backends/table/table.h"
+#include "backends/yade/yade.h"
 #include "core/errors.h"
 
 namespace powdercal {
@@ -25,6 +26,7 @@ constexpr Entry kBackends[] = {
     {"embedded", MakeEmbeddedBackend},
     {"liggghts", MakeLiggghtsBackend},
     {"table", Make<TableBackend>},
+    {"yade", MakeYadeBackend},
 };
 
 }  // namespace
