@@ -15,7 +15,9 @@
 #include "core/files.h"
 #include "core/quantity.h"
 #include "core/version.h"
+#include "reports/results_json.h"
 #include "reports/text.h"
+#include "reports/verification_page.h"
 #include "studies/run_directory.h"
 #include "studies/runner.h"
 #include "verification/ladder.h"
@@ -362,12 +364,9 @@ int Verify(const Options& options) {
                           .listener = &display,
                           .ledger = ledger.get()});
   }
-  const std::string json = LadderToJson(report).dump(2) + "\n";
-  if (directory) WriteFileAtomically(directory->folder() / "verification.json", json);
-  if (options.json)
-    WriteOutput(json);
-  else
-    WriteOutput(LadderText(report));
+  if (directory) WriteVerification(report, directory->folder());
+  WriteOutput(options.json ? JsonText(LadderToJson(report)) : LadderText(report));
+  if (directory) Say("report: {}\n", (directory->folder() / "verification.html").string());
   if (report.failures.empty()) {
     std::error_code ignored;
     fs::remove_all(work_folder, ignored);

@@ -37,6 +37,7 @@ struct Sketch {
   bool slips = false;
   bool twists = false;
   bool rolls = false;  // turns without slipping
+  bool turns = false;  // together, about the line of centres
   bool undamped = false;
 };
 
@@ -97,12 +98,20 @@ std::vector<Sketch> Sketches() {
        .description = "oblique in space, spinning, rolling, twisting, two sizes",
        .normal = skew,
        .ratio = 2,
-       .first = {{1, 0.2, 0.5}, {1, -2, 1}},
-       .second = {{-0.5, 0, -1}, {0, 3, 0.5}},
+       .first = {{1, 0.2, 0.5}, {2, 1.5, 1}},
+       .second = {{-0.5, 0, -1}, {-1, 2.5, 0}},
        .approach = 1.4,
        .slips = true,
        .twists = true,
        .rolls = true},
+      {.name = "common twist",
+       .description = "oblique, both spinning alike about the line of centres",
+       .normal = x,
+       .first = {{1, 0, 0.7}, {2, 0, 0}},
+       .second = {{-1, 0, 0}, {2, 0, 0}},
+       .approach = 2,
+       .slips = true,
+       .turns = true},
       {.name = "pull-off",
        .description = "slow spheres that adhesion draws together",
        .first = {{0, 0, 0.1}, {}},
@@ -149,8 +158,14 @@ std::vector<Sketch> Sketches() {
        .description = "rolling without slip when it arrives",
        .normal = {0, 0, -1},
        .ratio = 0,
-       .first = {{2, 0, -1}, {0, 2, 0.5}},
+       .first = {{2, 0, -1}, {0, 2, 0}},
        .slips = true,
+       .rolls = true},
+      {.name = "wall, twisting",
+       .description = "spinning about the wall's normal",
+       .normal = {0, 0, -1},
+       .ratio = 0,
+       .first = {{0, 0, -1}, {0, 0, 2}},
        .twists = true,
        .rolls = true},
       {.name = "wall, pull-off",
@@ -179,9 +194,10 @@ bool Applies(const Sketch& sketch, const Subject& subject) {
 
 std::string LevelOf(const Sketch& sketch, const ContactLaw& law) {
   const bool plain = law.cohesion == Cohesion::none;
+  if (sketch.turns && law.tangential == Tangential::history) return "T";
   const bool still = !sketch.slips && !sketch.rolls && !sketch.twists;
   if (law.normal == Normal::linear) return plain && law.rolling == Rolling::none ? "L0" : "X";
-  if (plain && still) return "L1";
+  if (plain && still) return sketch.ratio == 0 ? "W" : "L1";
   if (law.tangential == Tangential::history && plain && law.rolling == Rolling::none) return "L2";
   if (law.cohesion == Cohesion::dmt && still && sketch.undamped) return "L3";
   if (plain && law.rolling == Rolling::epsd2 && sketch.undamped) return "L4";
@@ -261,18 +277,21 @@ std::vector<ContactCase> ContactCases(const Subject& subject) {
                      .level = LevelOf(sketch, subject.law),
                      .slips = sketch.slips,
                      .twists = sketch.twists,
+                     .wall = sketch.ratio == 0,
                      .program = MakeProgram(sketch, subject)});
   }
   return cases;
 }
 
 double ContactTolerance(const ContactCase& contact, const ContactLaw& law) {
+  const bool hertz = law.normal == Normal::hertz;
+  if (contact.level == "T") return 1e-3;
   if (contact.level == "L0") return 1e-7;
   if (contact.level == "L1") return 1e-12;
-  const bool incremental = contact.slips && law.normal == Normal::hertz &&
-                           law.tangential == Tangential::history &&
+  const bool incremental = contact.slips && hertz && law.tangential == Tangential::history &&
                            law.shear_update == ShearUpdate::incremental;
-  return incremental ? 1e-6 : 1e-9;
+  if (incremental) return 1e-6;
+  return contact.wall && hertz ? 1e-8 : 1e-9;
 }
 
 }  // namespace powdercal::verification
