@@ -24,8 +24,13 @@ class StudyOptions {
  public:
   /// Declares STUDY, --set and the named shorthands.
   void Declare(CLI::App& command, bool required = true);
-  bool given() const { return !file_.empty(); }
   Study Load() const;
+  /// STUDY as it was given, or "".
+  const std::string& file() const { return file_; }
+  /// What a shorthand ("--parallel") was given, or "".
+  std::string Given(const std::string& shorthand) const;
+  /// The options that were given and change a study, but for those in `except`.
+  std::vector<std::string> GivenOptions(const std::vector<std::string>& except) const;
   /// Where `run` keeps the study unless --out says otherwise: runs/NAME, with the seed if it was
   /// given. Throws InputError for a name that is not one of a folder.
   std::filesystem::path DefaultFolder(const Study& study) const;
@@ -50,6 +55,10 @@ void AddResume(CLI::App& program, int& status);
 void AddRun(CLI::App& program, int& status);
 void AddScale(CLI::App& program, int& status);
 void AddSimulate(CLI::App& program, int& status);
+void AddVerify(CLI::App& program, int& status);
+
+/// The resolved study of a run folder. Throws InputError where it is none.
+Study LoadFromFolder(const std::filesystem::path& folder);
 
 /// Writes the reports into the run folder, and prints results.json or the summary.
 void PublishResults(const StudyResults& results, const std::filesystem::path& folder, bool json);

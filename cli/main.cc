@@ -72,6 +72,7 @@ int main(int argc, char** argv) {
   cli::AddRun(program, status);
   cli::AddScale(program, status);
   cli::AddSimulate(program, status);
+  cli::AddVerify(program, status);
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

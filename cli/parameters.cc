@@ -1,10 +1,15 @@
 #include "cli/parameters.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
 #include <optional>
 
+#include "core/errors.h"
 #include "core/quantity.h"
 
 namespace powdercal::cli {
@@ -59,6 +64,15 @@ std::vector<double> ReadParameters(const Study& study, const std::vector<std::st
     result.push_back(*values[i]);
   }
   return result;
+}
+
+std::filesystem::path MakeTemporaryFolder() {
+  std::string name = std::filesystem::temp_directory_path() / "powdercal-XXXXXX";
+  if (mkdtemp(name.data()) == nullptr) {
+    throw InputError(fmt::format("cannot make a temporary folder: {}", std::strerror(errno)),
+                     {.location = {name}});
+  }
+  return name;
 }
 
 }  // namespace powdercal::cli

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -7,10 +8,13 @@
 
 namespace powdercal::cli {
 
-/// Values of a study's free parameters [SI] from the command line, "k=47500" or
-/// "cohesion_energy_density=47.5 kJ/m3": names or symbols; a bare number is in SI. `defaults`, in
-/// the order of the parameters, may be empty: then each must be given.
+/// Values of a study's free parameters [SI], in its order, from the command line: "k=47500" or
+/// "cohesion_energy_density=47.5 kJ/m3", names or symbols; a bare number is in SI. `defaults`, in
+/// the same order, may be empty: then each must be given. Throws InputError.
 std::vector<double> ReadParameters(const Study& study, const std::vector<std::string>& texts,
                                    const std::vector<double>& defaults = {});
+
+/// A folder of its own below the system's for temporary files. Throws InputError.
+std::filesystem::path MakeTemporaryFolder();
 
 }  // namespace powdercal::cli

@@ -1,8 +1,6 @@
 #include "cli/progress.h"
 
 #include <fmt/format.h>
-#include <sys/ioctl.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -30,30 +28,16 @@ std::string DescribeResponses(const Objectives& objectives, const ReducedRespons
   return JoinNames(parts);
 }
 
-// The status line is redrawn in place, which takes a single line of the terminal.
-std::string FitTerminal(std::string text) {
-  winsize size{};
-  if (ioctl(STDERR_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col == 0) return text;
-  int columns = size.ws_col;  // the last one stays free: a full line wraps on some terminals
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const bool starts_character = (static_cast<unsigned char>(text[i]) & 0xC0) != 0x80;
-    if (starts_character && --columns == 0) text.resize(i);
-  }
-  return text;
-}
-
 }  // namespace
 
 ProgressDisplay::ProgressDisplay(const Study& study)
-    : study_(study), objectives_(study.MakeObjectives()), terminal_(isatty(STDERR_FILENO) != 0) {}
-
-ProgressDisplay::~ProgressDisplay() { ClearStatus(); }
+    : study_(study), objectives_(study.MakeObjectives()) {}
 
 void ProgressDisplay::Begin(const std::string& header) {
-  Line(header);
+  status_.Line(header);
   if (resumed_ == 0) return;
-  Line(fmt::format("resuming after {} evaluations; what the ledger holds is not repeated",
-                   resumed_));
+  status_.Line(fmt::format("resuming after {} evaluations; what the ledger holds is not repeated",
+                           resumed_));
 }
 
 void ProgressDisplay::OnResume(int evaluations) { resumed_ = evaluations; }
@@ -65,10 +49,10 @@ void ProgressDisplay::OnRun(const LedgerRun& run, const Progress& progress) {
                                              : own      ? " without the approximation"
                                                         : " on " + run.backend);
   if (!run.outcome.ok()) {
-    Line(fmt::format("        {} failed, {}: {}", what, ToString(run.outcome.reason),
+    status_.Line(fmt::format("        {} failed, {}: {}", what, ToString(run.outcome.reason),
                      run.outcome.message));
   } else if (phase_ != Phase::calibration) {
-    Line(fmt::format("{:3}/{} {} with particle seed {}: ok, {}",
+    status_.Line(fmt::format("{:3}/{} {} with particle seed {}: ok, {}",
                      elsewhere ? progress.confirmation_done : progress.transfer_done,
                      elsewhere ? progress.confirmation_runs : progress.transfer_runs, what,
                      run.seed, DurationText(run.diagnostics.wall_seconds)));
@@ -85,7 +69,7 @@ void ProgressDisplay::OnEvaluation(const LedgerCandidate& candidate,
                                  : DescribeResponses(objectives_, responses, failures);
   const bool best = progress.best == candidate.candidate.id;
   const int replicates = responses.counts.maxCoeff();
-  Line(fmt::format(
+  status_.Line(fmt::format(
       "{:3}/{} #{} {} -> {}{}{}", progress.done, progress.budget, candidate.candidate.id, point,
       result,
       replicates > study_.backend.replicates ? fmt::format(" over {} seeds", replicates) : "",
@@ -100,52 +84,36 @@ void ProgressDisplay::OnConfirmation(const LedgerCandidate& candidate, const Pro
     where +=
         fmt::format("{}without the approximation of the contact law", where.empty() ? "" : " and ");
   }
-  Line(fmt::format("the best point, #{}, {}: {} of {} runs are in the ledger",
+  status_.Line(fmt::format("the best point, #{}, {}: {} of {} runs are in the ledger",
                    candidate.candidate.id, where, progress.confirmation_done,
                    progress.confirmation_runs));
 }
 
 void ProgressDisplay::OnTransfer(const LedgerCandidate& candidate, const Progress& progress) {
   phase_ = Phase::transfer;
-  Line(
+  status_.Line(
       fmt::format("the best point, #{}, on experiments that were not calibrated: {} of {} runs "
                   "are in the ledger",
                   candidate.candidate.id, progress.transfer_done, progress.transfer_runs));
 }
 
 void ProgressDisplay::OnTick(const Progress& progress) {
-  if (!terminal_) return;
-  constexpr int kWidth = 20;
+  if (!status_.terminal()) return;
   const int done = phase_ == Phase::calibration    ? progress.done
                    : phase_ == Phase::confirmation ? progress.confirmation_done
                                                    : progress.transfer_done;
   const int all = phase_ == Phase::calibration    ? progress.budget
                   : phase_ == Phase::confirmation ? progress.confirmation_runs
                                                   : progress.transfer_runs;
-  const int filled = all > 0 ? std::min(kWidth, kWidth * done / all) : 0;
-  std::string text = fmt::format("[{}{}] {}/{}  {} running  {} failed",
-                                 std::string(static_cast<std::size_t>(filled), '#'),
-                                 std::string(static_cast<std::size_t>(kWidth - filled), '.'), done,
-                                 all, progress.running, progress.failed);
+  std::string text = fmt::format("{}  {} running  {} failed", ProgressBar(done, all),
+                                 progress.running, progress.failed);
   if (progress.partial > 0) text += fmt::format("  {} partly", progress.partial);
   if (progress.best) {
     text += "  best " + DescribePoint(study_.space.parameters, progress.best_parameters);
   }
   text += "  " + DurationText(progress.elapsed_seconds);
   if (progress.seconds_left) text += ", at most " + DurationText(*progress.seconds_left) + " left";
-  Say("\r\033[K{}", FitTerminal(text));
-  status_shown_ = true;
-}
-
-void ProgressDisplay::Line(const std::string& text) {
-  ClearStatus();
-  Say("{}\n", text);
-}
-
-void ProgressDisplay::ClearStatus() {
-  if (!status_shown_) return;
-  Say("\r\033[K");
-  status_shown_ = false;
+  status_.Show(text);
 }
 
 }  // namespace powdercal::cli

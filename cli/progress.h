@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "cli/status_line.h"
 #include "studies/runner.h"
 
 namespace powdercal::cli {
@@ -11,7 +12,6 @@ namespace powdercal::cli {
 class ProgressDisplay final : public ProgressListener {
  public:
   explicit ProgressDisplay(const Study& study);
-  ~ProgressDisplay() override;
 
   /// Names the study; a study that goes on says so here, below its name.
   void Begin(const std::string& header);
@@ -26,13 +26,9 @@ class ProgressDisplay final : public ProgressListener {
   void OnTick(const Progress& progress) override;
 
  private:
-  void Line(const std::string& text);
-  void ClearStatus();
-
   const Study& study_;
   Objectives objectives_;
-  bool terminal_;
-  bool status_shown_ = false;
+  StatusLine status_;
   int resumed_ = 0;  // evaluations that the ledger held
   enum class Phase { calibration, confirmation, transfer } phase_ = Phase::calibration;
 };

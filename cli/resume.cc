@@ -7,9 +7,7 @@
 #include "studies/runner.h"
 
 namespace powdercal::cli {
-namespace {
 
-// The resolved study of a run folder.
 Study LoadFromFolder(const std::filesystem::path& folder) {
   if (!std::filesystem::exists(folder / "ledger.sqlite") ||
       !std::filesystem::exists(folder / "study.yaml")) {
@@ -20,8 +18,6 @@ Study LoadFromFolder(const std::filesystem::path& folder) {
   const Ledger ledger(folder / "ledger.sqlite", Ledger::Mode::read_only);
   return Study::Parse(ReadFile(file), file.string(), ledger.GetMeta("base_folder").value_or(""));
 }
-
-}  // namespace
 
 void AddResume(CLI::App& program, int& status) {
   CLI::App* command =

@@ -215,10 +215,10 @@ void AddScale(CLI::App& program, int& status) {
       ->check(NotEmpty);
   command->add_flag("--json", options->json, "for machines");
   command->callback([options, &status] {
-    if (options->collapse && !options->study.given()) {
+    if (options->collapse && options->study.file().empty()) {
       throw InputError("--collapse needs a STUDY", {.location = {"command line"}});
     }
-    if (options->study.given() == !options->variables.empty()) {
+    if (options->study.file().empty() == options->variables.empty()) {
       throw InputError("expected either a STUDY or --variables FILE",
                        {.location = {"command line"}});
     }
@@ -230,7 +230,7 @@ void AddScale(CLI::App& program, int& status) {
       status = RunCollapse(study, simulations);
       return;
     }
-    if (options->study.given()) {
+    if (!options->study.file().empty()) {
       ScaleStudy(options->study.Load(), options->parameters, options->json);
     } else {
       ScaleVariables(options->variables, options->json);

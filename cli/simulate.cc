@@ -120,15 +120,6 @@ std::filesystem::path MakeFolder(const std::filesystem::path& folder) {
   return folder;
 }
 
-std::filesystem::path MakeTemporaryFolder() {
-  std::string name = std::filesystem::temp_directory_path() / "powdercal-XXXXXX";
-  if (mkdtemp(name.data()) == nullptr) {
-    throw InputError(fmt::format("cannot make a temporary folder: {}", std::strerror(errno)),
-                     {.location = {name}});
-  }
-  return name;
-}
-
 // Hands in all runs, each with a folder of its own in that of `common`. Returns these, by ticket.
 std::vector<std::filesystem::path> SubmitRuns(const Options& options, const Planner& planner,
                                               const std::vector<double>& values,

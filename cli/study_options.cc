@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "cli/commands.h"
 
 namespace powdercal::cli {
@@ -40,6 +42,26 @@ void StudyOptions::Declare(CLI::App& command, bool required) {
   command.add_option("--set", sets_, "any other key, e.g. --set 'optimizer.acquisition=ei'")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
+}
+
+std::string StudyOptions::Given(const std::string& shorthand) const {
+  for (const Shorthand& known : kShorthands) {
+    if (shorthand == known.option) return shorthands_.at(known.key);
+  }
+  return "";
+}
+
+std::vector<std::string> StudyOptions::GivenOptions(const std::vector<std::string>& except) const {
+  std::vector<std::string> given;
+  for (const Shorthand& known : kShorthands) {
+    if (!shorthands_.at(known.key).empty()) given.emplace_back(known.option);
+  }
+  if (deterministic_) given.emplace_back("--deterministic");
+  if (!sets_.empty()) given.emplace_back("--set");
+  std::erase_if(given, [&](const std::string& option) {
+    return std::find(except.begin(), except.end(), option) != except.end();
+  });
+  return given;
 }
 
 Overrides StudyOptions::Collect() const {

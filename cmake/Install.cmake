@@ -4,7 +4,7 @@ get_property(powdercal_libraries GLOBAL PROPERTY POWDERCAL_LIBRARIES)
 install(TARGETS ${powdercal_libraries} EXPORT powdercalTargets
         ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(TARGETS powdercal_program RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-foreach(folder core scaling surrogates backends experiments optimizers studies reports)
+foreach(folder core scaling surrogates backends experiments optimizers studies verification reports)
   install(DIRECTORY ${folder} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/powdercal
           FILES_MATCHING PATTERN "*.h" PATTERN assets EXCLUDE PATTERN library EXCLUDE)
 endforeach()

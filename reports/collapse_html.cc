@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "reports/page_scripts.h"
+#include "reports/html_page.h"
 #include "reports/text.h"
 
 namespace powdercal {

@@ -7,29 +7,13 @@
 #include <utility>
 
 #include "reports/assets.h"
+#include "reports/html_page.h"
 #include "reports/html_sections.h"
-#include "reports/page_scripts.h"
 #include "reports/plots.h"
 #include "reports/text.h"
 
 namespace powdercal {
 namespace {
-
-// In one pass: what is put in is not searched for further keys.
-std::string FillTemplate(std::string_view text,
-                         const std::map<std::string, std::string, std::less<>>& values) {
-  std::string filled;
-  while (true) {
-    const std::size_t open = text.find("{{");
-    const std::size_t close = text.find("}}", open == std::string_view::npos ? 0 : open);
-    if (open == std::string_view::npos || close == std::string_view::npos) break;
-    filled += text.substr(0, open);
-    const auto value = values.find(text.substr(open + 2, close - open - 2));
-    if (value != values.end()) filled += value->second;
-    text.remove_prefix(close + 2);
-  }
-  return filled.append(text);
-}
 
 std::vector<Figure> AllFigures(const StudyResults& results) {
   std::vector<Figure> figures = {ConvergenceFigure(results)};

@@ -9,6 +9,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <set>
 #include <stdexcept>
 
 #include "core/random.h"
@@ -279,6 +280,7 @@ void Bayesian::FitResponses(const Scalarisation& scalarisation,
                             Acquisition::Objective* objective) const {
   std::vector<double> targets;
   std::vector<double> weights;
+  std::set<int> known;  // objectives
   for (std::size_t j = 0; j < objectives_.targets.size(); ++j) {
     const Target& target = objectives_.targets[j];
     const auto index = static_cast<Eigen::Index>(j);
@@ -296,7 +298,10 @@ void Bayesian::FitResponses(const Scalarisation& scalarisation,
     // If all values are equal they differ from the target by the scale that matters.
     const double scale = std::max(std::abs(series.values.front() - target.value), target.sd);
     processes->push_back(FitProcess(series, scale));
+    known.insert(target.objective);
   }
+  // Nothing can be weighed against an objective of which nothing is known.
+  if (static_cast<int>(known.size()) < objective_count_) processes->clear();
   objective->composite = true;
   objective->targets = Vector(targets);
   objective->weights = Vector(weights);

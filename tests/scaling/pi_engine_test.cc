@@ -264,7 +264,7 @@ TEST(ParseVariables, ErrorsNamePlaceAndNearestName) {
               AllOf(HasSubstr("v.yaml:2:15: prefer"), HasSubstr("unknown variable 'v'"),
                     HasSubstr("did you mean 'V'?")));
   EXPECT_THAT(ErrorOf("variables: {V: m/s}\nprefer: [V, V]\n"), HasSubstr("named twice"));
-  EXPECT_THAT(ErrorOf("variables: {V: m/s}\nprefer: V\n"), HasSubstr("expected a list"));
+  EXPECT_THAT(ErrorOf("variables: {V: m/s}\nprefer: {V: 1}\n"), HasSubstr("expected a list"));
   EXPECT_THAT(ErrorOf("variables: {V: m/s, V: m}\n"), HasSubstr("appears twice"));
   EXPECT_THAT(ErrorOf("variabels: {V: m/s}\n"),
               AllOf(HasSubstr("missing key 'variables'"), HasSubstr("'variabels'")));

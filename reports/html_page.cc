@@ -1,4 +1,4 @@
-#include "reports/page_scripts.h"
+#include "reports/html_page.h"
 
 #include <nlohmann/json.hpp>
 #include <string_view>
@@ -15,6 +15,21 @@ std::string_view WithoutSourceMap(std::string_view script) {
 }
 
 }  // namespace
+
+std::string FillTemplate(std::string_view text,
+                         const std::map<std::string, std::string, std::less<>>& values) {
+  std::string filled;
+  while (true) {
+    const std::size_t open = text.find("{{");
+    const std::size_t close = text.find("}}", open == std::string_view::npos ? 0 : open);
+    if (open == std::string_view::npos || close == std::string_view::npos) break;
+    filled += text.substr(0, open);
+    const auto value = values.find(text.substr(open + 2, close - open - 2));
+    if (value != values.end()) filled += value->second;
+    text.remove_prefix(close + 2);
+  }
+  return filled.append(text);
+}
 
 std::string ScriptLibraries() {
   std::string scripts;
