@@ -42,7 +42,7 @@ std::vector<std::size_t> IndicesOf(const Study& study, const std::vector<std::st
   return indices;
 }
 
-// False if it was stopped.
+// False if it was stopped: what had not ended has failed.
 bool Simulate(const Study& study, Collapse* collapse) {
   const Planner planner(study);
   const std::filesystem::path folder =
@@ -115,6 +115,12 @@ void PrintPoints(const Study& study, const std::vector<CollapsePoint>& points) {
     if (rows.empty()) continue;
     Print("\n# {}: mean ± standard deviation between seeds\n{}", study.experiments[e].name(),
           AlignedTable(rows));
+    for (const CollapsePoint& point : points) {
+      if (point.experiment != e || point.failures.empty()) continue;
+      Print("  note: {} of {} runs of {} at E = {} failed: {}\n", point.failures.size(),
+            point.runs.size(), point.mode, HumanQuantity(point.young_modulus, "Pa", 3),
+            point.failures.front());
+    }
   }
 }
 
@@ -200,7 +206,7 @@ int RunCollapse(const Study& study, const CollapseCommand& command) {
   std::sort(options.kappas.begin(), options.kappas.end());
   if (!command.folder.empty()) std::filesystem::create_directories(command.folder);
   Collapse collapse(study, std::move(options));
-  if (!Simulate(study, &collapse)) return kInterrupted;
+  const bool complete = Simulate(study, &collapse);
   const std::vector<GroupTrend> trends = FindTrends(study, collapse.points());
   const std::vector<Plateau> plateaus = FindPlateaus(study, collapse.points());
   const json document = ToJson(study, collapse, trends, plateaus);
@@ -216,6 +222,7 @@ int RunCollapse(const Study& study, const CollapseCommand& command) {
     WriteFileAtomically(folder / "collapse.html", CollapseHtml(document));
     Say("plots: {}\n", (folder / "collapse.html").string());
   }
+  if (!complete) return kInterrupted;
   return plateaus.empty() ? kFellShort : kDone;
 }
 
