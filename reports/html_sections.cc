@@ -485,11 +485,10 @@ std::string ProvenanceSection(const StudyResults& results) {
     html += Entry("Contact law as run", H(results.law_as_run));
   }
   for (const ConfirmationResult& confirmation : results.confirmations) {
-    if (confirmation.version.empty()) continue;
+    if (confirmation.law.empty()) continue;  // nothing was simulated
     html += Entry("Confirmed with",
-                  fmt::format("<strong>{}</strong>, version {}{}", H(confirmation.backend),
-                              H(confirmation.version),
-                              confirmation.law.empty() ? "" : "; " + H(confirmation.law)));
+                  fmt::format("<strong>{}</strong>, version {}; {}", H(confirmation.backend),
+                              H(confirmation.version), H(confirmation.law)));
   }
   html += Entry("State", H(results.state));
   std::vector<ResponseResult> compared = TargetResponses(results);

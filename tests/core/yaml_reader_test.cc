@@ -246,6 +246,29 @@ TEST(YamlReader, WrongKindsAreErrors) {
   EXPECT_THAT(MessageOf("map: {a: 1}", visit), HasSubstr("map.a: expected a map"));
 }
 
+TEST(YamlReader, SeveralChoicesFromAListOrASingleName) {
+  static const std::vector<std::string> kValid = {"embedded", "liggghts", "yade"};
+  std::vector<std::string> names;
+  const auto visit = [&](Archive& archive) { archive.Choices("with", names, "backend", kValid); };
+  ReadYaml("with: [yade, embedded]\n", "s.yaml", visit);
+  EXPECT_THAT(names, ElementsAre("yade", "embedded"));
+  ReadYaml("with: liggghts\n", "s.yaml", visit);
+  EXPECT_THAT(names, ElementsAre("liggghts"));
+  ReadYaml("with: [yade]\n", "s.yaml", visit, {{"with", "[embedded, liggghts]"}});
+  EXPECT_THAT(names, ElementsAre("embedded", "liggghts"));
+  ReadYaml("with:\n", "s.yaml", visit);
+  EXPECT_THAT(names, ElementsAre("embedded", "liggghts")) << "an empty value counts as absent";
+  ReadYaml("with: []\n", "s.yaml", visit);
+  EXPECT_TRUE(names.empty());
+  EXPECT_THAT(
+      MessageOf("with: [yade, ligghts]\n", visit),
+      testing::AllOf(StartsWith("s.yaml:1:14: with: "), HasSubstr("did you mean 'liggghts'?")));
+  EXPECT_THAT(MessageOf("with: [yade, yade]\n", visit), HasSubstr("named twice (found 'yade')"));
+  EXPECT_THAT(MessageOf("with: {yade: 1}\n", visit), HasSubstr("expected a list, found a map"));
+  EXPECT_THAT(MessageOf("with: [[yade]]\n", visit),
+              HasSubstr("expected the name of one backend, found a list"));
+}
+
 TEST(YamlReader, ChoicesNameTheNearest) {
   const std::vector<std::string> backends = {"embedded", "liggghts"};
   std::string backend = "embedded";

@@ -26,6 +26,7 @@ struct Sample {
   bool keep = true;
   std::string title = "a: b # c";
   std::string backend = "yade";
+  std::vector<std::string> backends = {"yade", "embedded"};
   double nested = 2;
   std::map<std::string, double> named = {{"mu_r", 0.3}, {"true", 1}};
   std::vector<double> items = {4, 5};
@@ -45,6 +46,7 @@ struct Sample {
     archive.Flag("keep", keep);
     archive.Text("title", title);
     archive.Choice("backend", backend, "backend", kBackends);
+    archive.Choices("backends", backends, "backend", kBackends);
     archive.Section("section", [&](Archive& inner) { inner.Number("nested", nested); });
     SerializeContainers(archive);
   }
@@ -94,6 +96,7 @@ TEST(YamlWriter, EveryKindOfMemberComesBack) {
               .keep = false,
               .title = "",
               .backend = "",
+              .backends = {},
               .nested = 0,
               .named = {},
               .items = {},
@@ -113,6 +116,7 @@ TEST(YamlWriter, EveryKindOfMemberComesBack) {
   EXPECT_EQ(read.keep, sample.keep);
   EXPECT_EQ(read.title, sample.title);
   EXPECT_EQ(read.backend, sample.backend);
+  EXPECT_EQ(read.backends, sample.backends);
   EXPECT_EQ(read.nested, sample.nested);
   EXPECT_EQ(read.named, sample.named);
   EXPECT_EQ(read.items, sample.items);
