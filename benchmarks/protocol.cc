@@ -179,12 +179,9 @@ json Run(const Options& options) {
   for (const ResponseDescription& response : entry.experiment->responses()) {
     units[response.name] = response.unit;
   }
-  return {{"experiment", options.experiment},
-          {"units", std::move(units)},
-          {"study", options.campaign.study},
-          {"backend", options.backend},
-          {"seeds", options.campaign.seeds},
-          {"sweeps", std::move(sweeps)}};
+  return {{"experiment", options.experiment}, {"units", std::move(units)},
+          {"study", options.campaign.study},  {"backend", options.backend},
+          {"seeds", options.campaign.seeds},  {"sweeps", std::move(sweeps)}};
 }
 
 void PrintTable(const json& report) {

@@ -50,12 +50,12 @@ void ProgressDisplay::OnRun(const LedgerRun& run, const Progress& progress) {
                                                         : " on " + run.backend);
   if (!run.outcome.ok()) {
     status_.Line(fmt::format("        {} failed, {}: {}", what, ToString(run.outcome.reason),
-                     run.outcome.message));
+                             run.outcome.message));
   } else if (phase_ != Phase::calibration) {
     status_.Line(fmt::format("{:3}/{} {} with particle seed {}: ok, {}",
-                     elsewhere ? progress.confirmation_done : progress.transfer_done,
-                     elsewhere ? progress.confirmation_runs : progress.transfer_runs, what,
-                     run.seed, DurationText(run.diagnostics.wall_seconds)));
+                             elsewhere ? progress.confirmation_done : progress.transfer_done,
+                             elsewhere ? progress.confirmation_runs : progress.transfer_runs, what,
+                             run.seed, DurationText(run.diagnostics.wall_seconds)));
   }
 }
 
@@ -85,8 +85,8 @@ void ProgressDisplay::OnConfirmation(const LedgerCandidate& candidate, const Pro
         fmt::format("{}without the approximation of the contact law", where.empty() ? "" : " and ");
   }
   status_.Line(fmt::format("the best point, #{}, {}: {} of {} runs are in the ledger",
-                   candidate.candidate.id, where, progress.confirmation_done,
-                   progress.confirmation_runs));
+                           candidate.candidate.id, where, progress.confirmation_done,
+                           progress.confirmation_runs));
 }
 
 void ProgressDisplay::OnTransfer(const LedgerCandidate& candidate, const Progress& progress) {

@@ -156,9 +156,7 @@ Responses Sheared(double sign) {
   return responses;
 }
 
-TEST(Symmetry, ShearKnowsNeitherLeftNorRight) {
-  ExpectAlike("mirrored", Sheared(1), Sheared(-1));
-}
+TEST(Symmetry, ShearKnowsNeitherLeftNorRight) { ExpectAlike("mirrored", Sheared(1), Sheared(-1)); }
 
 // Pressed along one axis, the others kept; without gravity all axes are alike.
 Responses Pressed(std::size_t axis) {
