@@ -246,10 +246,10 @@ TEST(YamlReader, WrongKindsAreErrors) {
   EXPECT_THAT(MessageOf("map: {a: 1}", visit), HasSubstr("map.a: expected a map"));
 }
 
-TEST(YamlReader, SeveralChoicesFromAListOrASingleName) {
+TEST(YamlReader, NamesFromAListOrASingleName) {
   static const std::vector<std::string> kValid = {"embedded", "liggghts", "yade"};
   std::vector<std::string> names;
-  const auto visit = [&](Archive& archive) { archive.Choices("with", names, "backend", kValid); };
+  const auto visit = [&](Archive& archive) { archive.Names("with", names, "backend", kValid); };
   ReadYaml("with: [yade, embedded]\n", "s.yaml", visit);
   EXPECT_THAT(names, ElementsAre("yade", "embedded"));
   ReadYaml("with: liggghts\n", "s.yaml", visit);
@@ -409,27 +409,6 @@ TEST(YamlReader, ReadsFiles) {
   }
   unlink(path.c_str());
   EXPECT_THROW(ReadYamlFile(path, VisitStress), InputError);
-}
-
-TEST(YamlReader, ReadsListsOfNames) {
-  const std::vector<std::string> valid = {"gravity", "stress"};
-  std::vector<std::string> names = {"gravity"};
-  const auto visit = [&](Archive& archive) { archive.Names("keep", names, "quantity", valid); };
-  ReadYaml("{}", "s.yaml", visit);
-  EXPECT_THAT(names, ElementsAre("gravity"));
-  ReadYaml("keep: [stress, gravity]", "s.yaml", visit);
-  EXPECT_THAT(names, ElementsAre("stress", "gravity"));
-  ReadYaml("keep: []", "s.yaml", visit);
-  EXPECT_TRUE(names.empty());
-  EXPECT_EQ(MessageOf("keep: [gravity, stres]", visit),
-            "s.yaml:1:17: keep: unknown quantity 'stres' (valid: gravity, stress); did you mean "
-            "'stress'?");
-  EXPECT_EQ(MessageOf("keep: [stress, stress]", visit),
-            "s.yaml:1:16: keep: named twice (found 'stress')");
-  ReadYaml("keep: stress", "s.yaml", visit);
-  EXPECT_THAT(names, ElementsAre("stress"));
-  EXPECT_THAT(MessageOf("keep: {stress: 1}", visit), HasSubstr("expected a list, found a map"));
-  EXPECT_THAT(MessageOf("keep: [[stress]]", visit), HasSubstr("found a list"));
 }
 
 }  // namespace

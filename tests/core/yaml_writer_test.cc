@@ -46,7 +46,7 @@ struct Sample {
     archive.Flag("keep", keep);
     archive.Text("title", title);
     archive.Choice("backend", backend, "backend", kBackends);
-    archive.Choices("backends", backends, "backend", kBackends);
+    archive.Names("backends", backends, "backend", kBackends);
     archive.Section("section", [&](Archive& inner) { inner.Number("nested", nested); });
     SerializeContainers(archive);
   }
