@@ -140,23 +140,27 @@ std::string ExplainRolling(const Program& program) {
   return "";
 }
 
-std::string ExplainLaw(const Program& program) {
+std::string ExplainNormal(const Program& program) {
   const ContactLaw& law = program.law;
   if (!law.limit_force && IsDamped(program)) {
     return "YADE never lets the dashpot pull; use limit_force: true";
   }
-  const bool linear = law.normal == ContactLaw::Normal::linear;
-  if (linear && program.domain.boundaries[0] == Boundary::periodic) {
-    for (const Stage& stage : program.stages) {
-      if (!std::holds_alternative<Deform>(stage)) continue;
-      return "YADE's linear law takes the velocity of periodic images with the wrong sign where "
-             "the "
-             "cell deforms; use normal: hertz";
-    }
+  if (law.normal == ContactLaw::Normal::hertz) return "";
+  const bool deforms =
+      std::any_of(program.stages.begin(), program.stages.end(),
+                  [](const Stage& s) { return std::holds_alternative<Deform>(s); });
+  if (!deforms) return "";
+  return "YADE's linear law takes the velocity of periodic images with the wrong sign where the "
+         "cell "
+         "deforms; use normal: hertz";
+}
+
+// First what takes another law, then what takes another option.
+std::string ExplainLaw(const Program& program) {
+  for (const auto& explain : {ExplainCohesion, ExplainRolling, ExplainTangential, ExplainNormal}) {
+    if (std::string reason = explain(program); !reason.empty()) return reason;
   }
-  if (std::string reason = ExplainTangential(program); !reason.empty()) return reason;
-  if (std::string reason = ExplainCohesion(program); !reason.empty()) return reason;
-  return ExplainRolling(program);
+  return "";
 }
 
 // --- Numbers, domain, bodies --------------------------------------------------------------------

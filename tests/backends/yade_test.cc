@@ -391,6 +391,15 @@ TEST_F(YadeUnsupported, RollingFriction) {
   EXPECT_THAT(Reason(), HasSubstr("rolling: none with DMT"));
 }
 
+TEST_F(YadeUnsupported, LinearLawInACellThatDeforms) {
+  program_ = FullyPeriodic();
+  program_.law.normal = ContactLaw::Normal::linear;
+  program_.materials.linear = {.normal = 20, .tangential = 8};
+  EXPECT_THAT(Reason(), HasSubstr("wrong sign"));
+  program_.stages[1] = Advance{.duration = 1e-4};
+  EXPECT_EQ(Reason(), "");
+}
+
 TEST_F(YadeUnsupported, Domains) {
   program_.domain.boundaries[1] = Boundary::periodic;
   EXPECT_THAT(Reason(), AllOf(HasSubstr("periodic along y"), HasSubstr("sides: walls")));
