@@ -63,7 +63,7 @@ TEST(Ladder, TellsEverythingInJson) {
   EXPECT_EQ(json["counts"]["different"], report.Count(Verdict::different));
   bool found = false;
   for (const auto& finding : json["findings"]) {
-    if (finding["case"] != "oblique") continue;
+    if (finding["case"] != "wall, oblique") continue;
     found = true;
     EXPECT_EQ(finding["rung"], "contact");
     EXPECT_EQ(finding["verdict"], "different");
