@@ -197,7 +197,9 @@ std::string LevelOf(const Sketch& sketch, const ContactLaw& law) {
   if (sketch.turns && law.tangential == Tangential::history) return "T";
   const bool still = !sketch.slips && !sketch.rolls && !sketch.twists;
   if (law.normal == Normal::linear) return plain && law.rolling == Rolling::none ? "L0" : "X";
-  if (plain && still) return sketch.ratio == 0 ? "W" : "L1";
+  const bool upright = sketch.ratio == 0 && !sketch.slips;
+  if (plain && upright && (still || law.rolling == Rolling::none)) return "W";
+  if (plain && still) return "L1";
   if (law.tangential == Tangential::history && plain && law.rolling == Rolling::none) return "L2";
   if (law.cohesion == Cohesion::dmt && still && sketch.undamped) return "L3";
   if (plain && law.rolling == Rolling::epsd2 && sketch.undamped) return "L4";
@@ -291,7 +293,8 @@ double ContactTolerance(const ContactCase& contact, const ContactLaw& law) {
   const bool incremental = contact.slips && hertz && law.tangential == Tangential::history &&
                            law.shear_update == ShearUpdate::incremental;
   if (incremental) return 1e-6;
-  return contact.wall && hertz ? 1e-8 : 1e-9;
+  if (contact.level == "W") return 1e-8;
+  return contact.level == "X" && contact.wall && hertz && !contact.slips ? 1e-8 : 1e-9;
 }
 
 }  // namespace powdercal::verification

@@ -120,7 +120,7 @@ TEST_F(Contacts, SayByHowMuch) {
   for (const Finding& finding : Verify("hertz_mindlin_history", faulty)) {
     if (finding.name != "wall, oblique") continue;
     EXPECT_THAT(finding.reason, HasSubstr("velocity off by"));
-    EXPECT_THAT(finding.reason, HasSubstr("tolerance 1e-08"));
+    EXPECT_THAT(finding.reason, HasSubstr("tolerance 1e-09"));
     EXPECT_GT(finding.quantities[1].difference, 1e-4);
   }
 }

@@ -7,7 +7,7 @@
 #include "verification/packing_rung.h"
 
 // Beds of the embedded engine against itself with a fault. What 5 % of friction do to a bed is less
-// than five seeds can tell, and less than the margins: rung 1 is there for that.
+// than ten seeds can tell, and less than the margins: rung 1 is there for that.
 
 namespace powdercal::verification {
 namespace {
@@ -16,7 +16,7 @@ LadderReport Climb(const std::string& law, const Backend& other) {
   const TemporaryFolder folder;
   const auto engine = MakeBackend("embedded");
   const std::vector<Contender> contenders = {Contender(*engine), Contender(other)};
-  return ClimbLadder({.law = ShippedLaw(law)}, contenders, {.rungs = {Rung::packing}, .seeds = 5},
+  return ClimbLadder({.law = ShippedLaw(law)}, contenders, {.rungs = {Rung::packing}, .seeds = 10},
                      {.parallel = 2, .work_folder = folder.path()});
 }
 
