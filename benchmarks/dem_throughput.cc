@@ -191,6 +191,7 @@ class Liggghts {
         RunProcess({.arguments = {"liggghts", "-in", "deck", "-log", "none"},
                     .working_directory = folder_,
                     .environment = {{"OMPI_MCA_ess_singleton_isolated", "1"},
+                                    {"OMPI_MCA_orte_create_session_dirs", "0"},
                                     {"OMPI_ALLOW_RUN_AS_ROOT", "1"},
                                     {"OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"},
                                     {"OMP_NUM_THREADS", "1"}}});

@@ -20,9 +20,11 @@ namespace fs = std::filesystem;
 
 constexpr const char* kProgram = "liggghts";
 
-// Open MPI would otherwise start a daemon outside our process group, which nothing would end.
+// Open MPI would otherwise start a daemon outside our process group, which nothing would end; and
+// processes would share a folder for their session, which one removes while another begins.
 const std::vector<std::pair<std::string, std::string>> kEnvironment = {
     {"OMPI_MCA_ess_singleton_isolated", "1"},
+    {"OMPI_MCA_orte_create_session_dirs", "0"},
     {"OMPI_ALLOW_RUN_AS_ROOT", "1"},
     {"OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"},
     {"OMP_NUM_THREADS", "1"}};

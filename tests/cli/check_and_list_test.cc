@@ -6,6 +6,7 @@ namespace powdercal {
 namespace {
 
 using nlohmann::json;
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
@@ -118,7 +119,7 @@ TEST(List, TheEmbeddedEngineIsAlwaysThere) {
   const TemporaryFolder folder;
   const ProcessResult result =
       Powdercal({"list", "backends"}, folder.path(), {{"PATH", "/nonexistent"}});
-  EXPECT_THAT(result.output, HasSubstr("embedded  1       built in, "));
+  EXPECT_THAT(result.output, ContainsRegex("embedded +1 +built in, "));
 }
 
 TEST(List, SaysWhyASimulatorIsAbsent) {
@@ -126,7 +127,7 @@ TEST(List, SaysWhyASimulatorIsAbsent) {
   const ProcessResult result =
       Powdercal({"list", "backends"}, folder.path(), {{"PATH", "/nonexistent"}});
   EXPECT_EQ(result.exit_status, 0);
-  EXPECT_THAT(result.output, HasSubstr("absent  no program 'liggghts' on PATH"));
+  EXPECT_THAT(result.output, ContainsRegex("absent +no program 'liggghts' on PATH"));
 }
 
 }  // namespace
