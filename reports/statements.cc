@@ -14,24 +14,6 @@
 namespace powdercal {
 namespace {
 
-std::string Capitalised(std::string text) {
-  if (!text.empty() && text[0] >= 'a' && text[0] <= 'z') text[0] = static_cast<char>(text[0] - 32);
-  return text;
-}
-
-std::string WithFullStop(std::string text) {
-  if (!text.empty() && text.back() != '.' && text.back() != '!') text += '.';
-  return text;
-}
-
-std::string Sentence(const std::string& text) { return Capitalised(WithFullStop(text)); }
-
-// "a", "a and b", "a, b and c".
-std::string Enumerated(const std::vector<std::string>& items) {
-  if (items.size() < 2) return items.empty() ? "" : items[0];
-  return fmt::format("{} and {}", fmt::join(items.begin(), items.end() - 1, ", "), items.back());
-}
-
 // "void ratio", with the experiment where another experiment has a response of that name.
 std::string ResponseTitle(const ResponseResult& response, const std::vector<ResponseResult>& all) {
   const std::string name = ReadableName(response.name);

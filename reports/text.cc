@@ -1,6 +1,7 @@
 #include "reports/text.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cctype>
@@ -207,6 +208,23 @@ std::string CountText(int count, std::string_view singular, std::string_view plu
   if (count == 1) return fmt::format("1 {}", singular);
   return plural.empty() ? fmt::format("{} {}s", count, singular)
                         : fmt::format("{} {}", count, plural);
+}
+
+std::string Capitalised(std::string text) {
+  if (!text.empty() && text[0] >= 'a' && text[0] <= 'z') text[0] = static_cast<char>(text[0] - 32);
+  return text;
+}
+
+std::string WithFullStop(std::string text) {
+  if (!text.empty() && text.back() != '.' && text.back() != '!') text += '.';
+  return text;
+}
+
+std::string Sentence(std::string text) { return Capitalised(WithFullStop(std::move(text))); }
+
+std::string Enumerated(const std::vector<std::string>& items) {
+  if (items.size() < 2) return items.empty() ? "" : items[0];
+  return fmt::format("{} and {}", fmt::join(items.begin(), items.end() - 1, ", "), items.back());
 }
 
 }  // namespace powdercal

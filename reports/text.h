@@ -2,6 +2,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace powdercal {
 
@@ -40,5 +41,14 @@ std::string DurationText(double seconds);
 
 /// "1 evaluation", "3 evaluations".
 std::string CountText(int count, std::string_view singular, std::string_view plural = "");
+
+/// With a capital (a to z) at the beginning.
+std::string Capitalised(std::string text);
+/// With a full stop at the end where there is no mark.
+std::string WithFullStop(std::string text);
+/// Capitalised and with a full stop.
+std::string Sentence(std::string text);
+/// "a", "a and b", "a, b and c".
+std::string Enumerated(const std::vector<std::string>& items);
 
 }  // namespace powdercal
