@@ -43,7 +43,7 @@ TEST(ContactCases, BeginApartTouchAndPartAgainWithoutCohesion) {
         if (overlap > 0) ++touching;
       }
       const double radius = contact.program.particles.packing->front().radius;
-      EXPECT_GT(most, 1e-3 * radius) << law << ", " << contact.name;
+      EXPECT_GT(most, 5e-4 * radius) << law << ", " << contact.name;
       EXPECT_LT(most, 0.1 * radius) << law << ", " << contact.name;
       EXPECT_GT(touching, 5U) << law << ", " << contact.name;
       EXPECT_LT(Overlap(contact.program, trace.moments.back().packing), 0)
