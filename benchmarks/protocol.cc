@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "benchmarks/campaign.h"
+#include "core/errors.h"
 
 namespace {
 
@@ -134,8 +135,21 @@ struct Options {
   std::string only;
   std::vector<double> points = {15'833, 0.25, 47'500, 0.5};
   std::string backend = "embedded";
+  std::vector<std::string> set;  // KEY=VALUE, for all cases
   bool as_json = false;
 };
+
+Overrides ReadOverrides(const std::vector<std::string>& texts) {
+  Overrides overrides;
+  for (const std::string& text : texts) {
+    const std::size_t equals = text.find('=');
+    if (equals == std::string::npos) {
+      throw InputError(fmt::format("--set {}: expected KEY=VALUE", text), {});
+    }
+    overrides[text.substr(0, equals)] = text.substr(equals + 1);
+  }
+  return overrides;
+}
 
 json Run(const Options& options) {
   const Study study = LoadShipped(options.campaign.study);
@@ -152,6 +166,7 @@ json Run(const Options& options) {
     for (const Setting& setting : sweep.settings) {
       for (std::size_t p = 0; p + 1 < options.points.size(); p += 2) {
         Overrides overrides = Resolve(setting.overrides, path);
+        for (const auto& [key, value] : ReadOverrides(options.set)) overrides.emplace(key, value);
         overrides["backend.name"] = options.backend;
         cases.push_back({.name = fmt::format("{} {}", sweep.name, setting.label),
                          .experiment = options.experiment,
@@ -201,9 +216,7 @@ void PrintTable(const json& report) {
   }
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int RunProgram(int argc, char** argv) {
   CLI::App program{"What an experiment's responses depend on besides the powder"};
   Options options;
   program.add_option("--experiment", options.experiment, "of the study")->capture_default_str();
@@ -215,6 +228,8 @@ int main(int argc, char** argv) {
   program.add_option("--parallel", options.campaign.parallel, "simulations at a time")
       ->capture_default_str();
   program.add_option("--only", options.only, "sweeps whose name contains this");
+  program.add_option("--set", options.set,
+                     "KEY=VALUE of the study, for all cases that do not vary KEY themselves");
   program.add_option("--points", options.points, "k and mu_r, pair after pair");
   program.add_flag("--json", options.as_json, "print JSON");
   CLI11_PARSE(program, argc, argv);
@@ -223,5 +238,17 @@ int main(int argc, char** argv) {
     fmt::print("{}\n", report.dump(2));
   } else {
     PrintTable(report);
+  }
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return RunProgram(argc, argv);
+  } catch (const InputError& error) {
+    fmt::print(stderr, "error: {}\n", error.what());
+    return 2;
   }
 }
