@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -31,22 +30,11 @@ std::vector<double> ParsePoint(const std::string& text) {
 }
 
 // approximated − exact, with Welch's 95 % interval; null where a side has fewer than two values.
-json Difference(const std::vector<double>& exact, const std::vector<double>& approximated) {
+json Compared(const std::vector<double>& exact, const std::vector<double>& approximated) {
   if (exact.size() < 2 || approximated.size() < 2) return nullptr;
-  const auto squared_error = [](const std::vector<double>& values) {
-    const double sd = StandardDeviation(values);
-    return sd * sd / static_cast<double>(values.size());
-  };
-  const double a = squared_error(exact);
-  const double b = squared_error(approximated);
-  const double difference = Mean(approximated) - Mean(exact);
+  const auto [difference, half_width] = Welch(approximated, exact);
   json result = {{"value", difference}, {"relative", difference / Mean(exact)}};
-  if (a + b == 0) return result;
-  const double freedom = (a + b) * (a + b) /
-                         (a * a / static_cast<double>(exact.size() - 1) +
-                          b * b / static_cast<double>(approximated.size() - 1));
-  const double t = boost::math::quantile(boost::math::students_t(freedom), 0.975);
-  const double half_width = t * std::sqrt(a + b);
+  if (half_width == 0) return result;
   result["half_width"] = half_width;
   result["interval"] = {difference - half_width, difference + half_width};
   result["significant"] = std::abs(difference) > half_width;
@@ -60,7 +48,7 @@ json Compare(const Sample& exact, const Sample& approximated) {
     if (other == approximated.responses.end()) continue;
     responses[name] = {{"sjkr2", Statistics(values)},
                        {"dmt_pull_off", Statistics(other->second)},
-                       {"difference", Difference(values, other->second)}};
+                       {"difference", Compared(values, other->second)}};
   }
   json overlaps = json::object();  // of consolidation: mean over the contacts, in diameters
   for (const auto& [law, sample] :

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -100,6 +101,19 @@ std::vector<Sample> RunCampaign(std::span<const Case> cases, const CampaignOptio
   std::error_code ignored;
   fs::remove_all(folder, ignored);
   return samples;
+}
+
+Difference Welch(const std::vector<double>& a, const std::vector<double>& b) {
+  const auto n = static_cast<double>(a.size());
+  const auto m = static_cast<double>(b.size());
+  const double va = std::pow(StandardDeviation(a), 2) / n;
+  const double vb = std::pow(StandardDeviation(b), 2) / m;
+  Difference difference{.value = Mean(a) - Mean(b)};
+  if (va + vb <= 0) return difference;
+  const double freedom = (va + vb) * (va + vb) / (va * va / (n - 1) + vb * vb / (m - 1));
+  const boost::math::students_t distribution(freedom);
+  difference.half_width = boost::math::quantile(distribution, 0.975) * std::sqrt(va + vb);
+  return difference;
 }
 
 nlohmann::json Statistics(const std::vector<double>& values) {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "benchmarks/statistics.h"
+#include "core/statistics.h"
 #include "studies/study.h"
 
 namespace powdercal::benchmarks {
@@ -44,6 +44,14 @@ std::string SectionOf(const Study& study, const std::string& experiment);
 
 /// Runs all seeds of all cases, several at a time; says on standard error how far it is.
 std::vector<Sample> RunCampaign(std::span<const Case> cases, const CampaignOptions& options);
+
+/// Difference of two means, Mean(a) − Mean(b), with its 95 % interval (Welch 1947); without an
+/// interval where nothing scatters. Requires two values on each side.
+struct Difference {
+  double value = 0;
+  double half_width = 0;
+};
+Difference Welch(const std::vector<double>& a, const std::vector<double>& b);
 
 /// {"mean": …, "sd": …, "n": …}; null without values.
 nlohmann::json Statistics(const std::vector<double>& values);

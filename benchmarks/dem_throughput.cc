@@ -21,13 +21,12 @@
 
 #include "backends/embedded/stages.h"
 #include "backends/liggghts/liggghts.h"
-#include "benchmarks/statistics.h"
 #include "core/process.h"
+#include "core/statistics.h"
 
 namespace {
 
 using namespace powdercal;
-using benchmarks::Median;
 namespace fs = std::filesystem;
 
 // The seed paper's powder at its strongest cohesion.

@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "benchmarks/statistics.h"
 #include "core/files.h"
+#include "core/statistics.h"
 #include "studies/runner.h"
 
 namespace {
@@ -77,7 +77,7 @@ int main(int argc, char** argv) {
     for (int seed = 1; seed <= seeds; ++seed) {
       counts.push_back(Evaluations(method, seed, budget, folder));
     }
-    const double median = benchmarks::Median({counts.begin(), counts.end()});
+    const double median = Median({counts.begin(), counts.end()});
     results[method.name] = {{"median", median},
                             {"worst", *std::max_element(counts.begin(), counts.end())},
                             {"evaluations", counts}};

@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -34,24 +33,6 @@ const std::vector<Experiment>& Experiments() {
       {"spreading", {}, {"coverage", "packing_density"}},
       {"angle_of_repose", {}, {"poured_void_ratio", "retained_mass"}}};
   return kExperiments;
-}
-
-struct Difference {
-  double value = 0;
-  double half_width = 0;  // of the 95 % interval
-};
-
-Difference Welch(const std::vector<double>& a, const std::vector<double>& b) {
-  const auto n = static_cast<double>(a.size());
-  const auto m = static_cast<double>(b.size());
-  const double va = std::pow(StandardDeviation(a), 2) / n;
-  const double vb = std::pow(StandardDeviation(b), 2) / m;
-  Difference difference{.value = Mean(a) - Mean(b)};
-  if (va + vb <= 0) return difference;
-  const double freedom = (va + vb) * (va + vb) / (va * va / (n - 1) + vb * vb / (m - 1));
-  const boost::math::students_t distribution(freedom);
-  difference.half_width = boost::math::quantile(distribution, 0.975) * std::sqrt(va + vb);
-  return difference;
 }
 
 struct Options {

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "core/random.h"
+#include "core/statistics.h"
 #include "scaling/modes.h"
 
 namespace powdercal {
@@ -16,19 +17,6 @@ namespace {
 // Groups that distinguish the modes; the others are constant or follow from these.
 constexpr const char* kGroups[] = {"sigma/E", "sigma/(rho_b g h)", "F_c/(sigma d^2)",
                                    "Bo",      "rho g d/E",         "delta_0/d"};
-
-double Mean(const std::vector<double>& values) {
-  double sum = 0;
-  for (const double value : values) sum += value;
-  return sum / static_cast<double>(values.size());
-}
-
-double SquaresAboutMean(const std::vector<double>& values) {
-  const double mean = Mean(values);
-  double sum = 0;
-  for (const double value : values) sum += (value - mean) * (value - mean);
-  return sum;
-}
 
 const std::vector<double>* ValuesOf(const CollapsePoint& point, const std::string& response) {
   const auto found = point.responses.find(response);

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "core/statistics.h"
+
 namespace powdercal::verification {
 namespace {
 
@@ -32,15 +34,8 @@ double TailBeyond(double distance, double standard_error, int n) {
 }  // namespace
 
 MeanAndSd Summarise(std::span<const double> values) {
-  MeanAndSd summary;
-  if (values.empty()) return summary;
-  const auto n = static_cast<double>(values.size());
-  for (const double value : values) summary.mean += value / n;
-  if (values.size() < 2) return summary;
-  double sum = 0;
-  for (const double value : values) sum += (value - summary.mean) * (value - summary.mean);
-  summary.sd = std::sqrt(sum / (n - 1));
-  return summary;
+  if (values.empty()) return {};
+  return {Mean(values), StandardDeviation(values)};
 }
 
 Verdict TestEquivalence(std::span<const SeedPair> pairs, const EquivalenceTest& test,
