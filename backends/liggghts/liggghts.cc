@@ -2,15 +2,14 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
 #include <map>
 #include <mutex>
 #include <system_error>
 
 #include "backends/liggghts/deck.h"
 #include "backends/liggghts/result.h"
+#include "backends/work_folder.h"
 #include "core/errors.h"
-#include "core/files.h"
 #include "core/process.h"
 
 namespace powdercal {
@@ -28,14 +27,6 @@ const std::vector<std::pair<std::string, std::string>> kEnvironment = {
     {"OMPI_ALLOW_RUN_AS_ROOT", "1"},
     {"OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"},
     {"OMP_NUM_THREADS", "1"}};
-
-// Nobody reads these after a crash of the machine, so no waiting for the disk.
-void WriteFile(const fs::path& path, const std::string& text) {
-  std::ofstream stream(path, std::ios::binary);
-  stream << text;
-  stream.close();
-  if (!stream) throw InputError("cannot write the file", {.location = {path.string()}});
-}
 
 Availability Probe(const fs::path& program) {
   const ProcessResult result = RunProcess({.arguments = {program.string(), "-log", "none", "-h"},
@@ -92,8 +83,8 @@ class LiggghtsBackend final : public Backend {
     const fs::path& folder = context.work_folder;
     fs::remove_all(folder);  // what an interrupted attempt left must not pass for a result
     fs::create_directories(folder);
-    WriteFile(folder / liggghts::kDeckFile, input.deck);
-    for (const auto& [name, text] : input.files) WriteFile(folder / name, text);
+    WriteWorkFile(folder / liggghts::kDeckFile, input.deck);
+    for (const auto& [name, text] : input.files) WriteWorkFile(folder / name, text);
     // "-screen none" crashes with a mesh: always to a file.
     const ProcessResult process =
         RunProcess({.arguments = {kProgram, "-in", liggghts::kDeckFile, "-log", "none", "-screen",
@@ -103,15 +94,7 @@ class LiggghtsBackend final : public Backend {
                     .time_limit = context.time_limit},
                    context.stop);
     Trace trace = liggghts::ReadTrace(program, input.particle_count, folder, process);
-    const bool failed = !trace.outcome.ok() && trace.outcome.reason != Reason::cancelled;
-    if (failed) {
-      WriteFile(folder / "outcome.txt",
-                fmt::format("{}: {}\n\n{}\n", ToString(trace.outcome.reason), trace.outcome.message,
-                            process.output));
-    } else if (!context.keep_files) {
-      std::error_code ignored;
-      fs::remove_all(folder, ignored);
-    }
+    LeaveWorkFolder(context, trace.outcome, process.output);
     return trace;
   }
 };

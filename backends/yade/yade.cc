@@ -2,13 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
 #include <map>
 #include <mutex>
 #include <system_error>
 #include <utility>
 
 #include "backends/insertion.h"
+#include "backends/work_folder.h"
 #include "backends/yade/driver.h"
 #include "backends/yade/job.h"
 #include "backends/yade/result.h"
@@ -23,14 +23,6 @@ namespace fs = std::filesystem;
 
 constexpr const char* kPackage = "Debian: apt-get install yade";
 constexpr const char* kDriverFolder = "driver";
-
-// Nobody reads these after a crash of the machine, so no waiting for the disk.
-void WriteFile(const fs::path& path, std::string_view text) {
-  std::ofstream stream(path, std::ios::binary);
-  stream << text;
-  stream.close();
-  if (!stream) throw InputError("cannot write the file", {.location = {path.string()}});
-}
 
 // Debian's place for the package, whatever the architecture is called.
 fs::path FindModules() {
@@ -120,9 +112,9 @@ class YadeBackend final : public Backend {
     const fs::path& folder = context.work_folder;
     fs::remove_all(folder);  // what an interrupted attempt left must not pass for a result
     fs::create_directories(folder / kDriverFolder);
-    WriteFile(folder / yade::kJobFile, yade::MakeJob(program, start));
+    WriteWorkFile(folder / yade::kJobFile, yade::MakeJob(program, start));
     for (const yade::DriverFile& file : yade::Driver()) {
-      WriteFile(folder / kDriverFolder / file.name, file.text);
+      WriteWorkFile(folder / kDriverFolder / file.name, file.text);
     }
     const ProcessResult process = RunProcess(
         {.arguments = {installation_.python.string(), "-I", "-B",
@@ -133,15 +125,7 @@ class YadeBackend final : public Backend {
          .time_limit = context.time_limit},
         context.stop);
     Trace trace = yade::ReadTrace(program, folder / yade::kResultFile, process);
-    const bool failed = !trace.outcome.ok() && trace.outcome.reason != Reason::cancelled;
-    if (failed) {
-      WriteFile(folder / "outcome.txt",
-                fmt::format("{}: {}\n\n{}\n", ToString(trace.outcome.reason), trace.outcome.message,
-                            process.output));
-    } else if (!context.keep_files) {
-      std::error_code ignored;
-      fs::remove_all(folder, ignored);
-    }
+    LeaveWorkFolder(context, trace.outcome, process.output);
     return trace;
   }
 
