@@ -30,7 +30,7 @@ struct Match {
 
 std::string Factor(double logarithm) { return fmt::format("{:.3g}", std::exp(logarithm)); }
 
-class CustomScaling final : public Scaling {
+class CustomScaling final : public SofteningScaling {
  public:
   const std::string& name() const override {
     static const std::string kName = "custom";
@@ -48,8 +48,7 @@ class CustomScaling final : public Scaling {
   }
 
   void Serialize(Archive& archive) override {
-    archive.Require("young_modulus");
-    archive.Quantity("young_modulus", young_modulus_, "Pa", kPositive);
+    SofteningScaling::Serialize(archive);
     archive.Names("keep", keep_, "quantity", Quantities());
     archive.Require("groups");
     std::vector<std::string> keys;
@@ -71,13 +70,7 @@ class CustomScaling final : public Scaling {
   }
 
   std::string ExplainUnsupported(const Conditions& experiment) const override {
-    if (!young_modulus_) {
-      return "mode 'custom' needs young_modulus, that of the simulated particles";
-    }
-    if (!experiment.young_modulus) {
-      return "mode 'custom' needs the powder's own Young's modulus (material.young_modulus)";
-    }
-    std::string reason = ExplainModulus(*young_modulus_, experiment.young_modulus);
+    std::string reason = SofteningScaling::ExplainUnsupported(experiment);
     if (!reason.empty()) return reason;
     const Problem problem = Formulate(experiment);
     const LogLinearSolution solution = SolveLogLinear(problem.equations);
@@ -219,7 +212,6 @@ class CustomScaling final : public Scaling {
         fmt::join(conflict, ", "));
   }
 
-  std::optional<double> young_modulus_;  // [Pa]
   std::vector<std::string> keep_;
   std::vector<Match> matches_;
 };

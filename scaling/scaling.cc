@@ -14,11 +14,6 @@
 namespace powdercal {
 namespace {
 
-bool AnyStress(std::span<const Conditions> experiments) {
-  return std::any_of(experiments.begin(), experiments.end(),
-                     [](const Conditions& conditions) { return conditions.stress.has_value(); });
-}
-
 class NoScaling final : public Scaling {
  public:
   const std::string& name() const override {
@@ -119,55 +114,6 @@ class GivenScaling final : public Scaling {
   std::optional<double> shear_rate_;     // [1/s]
 };
 
-class SigmaOverEScaling final : public Scaling {
- public:
-  const std::string& name() const override {
-    static const std::string kName = "sigma_over_e";
-    return kName;
-  }
-
-  std::string Describe() const override {
-    return fmt::format(
-        "keeps sigma/E: the stress falls in proportion to Young's modulus{}; gravity, cohesion and "
-        "speeds stay as they are, and so grow against the reduced load",
-        young_modulus_ ? fmt::format(" (lowered to {})", HumanQuantity(*young_modulus_, "Pa"))
-                       : "");
-  }
-
-  void Serialize(Archive& archive) override {
-    archive.Require("young_modulus");
-    archive.Quantity("young_modulus", young_modulus_, "Pa", kPositive);
-  }
-
-  std::string ExplainUnsupported(const Conditions& experiment) const override {
-    if (!young_modulus_) {
-      return "mode 'sigma_over_e' needs young_modulus, that of the simulated particles";
-    }
-    if (!experiment.young_modulus) {
-      return "mode 'sigma_over_e' needs the powder's own Young's modulus (material.young_modulus)";
-    }
-    return ExplainModulus(*young_modulus_, experiment.young_modulus);
-  }
-
-  std::string ExplainWithoutEffect(std::span<const Conditions> experiments) const override {
-    if (AnyStress(experiments)) return "";
-    return "mode 'sigma_over_e' needs an applied stress, and no experiment has one";
-  }
-
-  Conditions ToSimulation(const Conditions& experiment) const override {
-    assert(ExplainUnsupported(experiment).empty());
-    Conditions simulation = experiment;
-    simulation.young_modulus = young_modulus_;
-    if (experiment.stress) {
-      simulation.stress = *experiment.stress * (*young_modulus_ / *experiment.young_modulus);
-    }
-    return simulation;
-  }
-
- private:
-  std::optional<double> young_modulus_;  // [Pa]
-};
-
 }  // namespace
 
 std::span<const std::string> ScalingNames() {
@@ -182,7 +128,7 @@ std::unique_ptr<Scaling> MakeScaling(const std::string& name) {
   if (name == "given") return std::make_unique<GivenScaling>();
   if (name == "none") return std::make_unique<NoScaling>();
   if (name == "rigid_limit") return MakeRigidLimitScaling();
-  if (name == "sigma_over_e") return std::make_unique<SigmaOverEScaling>();
+  if (name == "sigma_over_e") return MakeSigmaOverEScaling();
   throw UnknownName("scaling mode", name, ScalingNames());
 }
 

@@ -18,6 +18,32 @@ std::string ExplainModulus(double simulation, const std::optional<double>& powde
       HumanQuantity(simulation, "Pa"), HumanQuantity(*powder, "Pa"));
 }
 
+bool AnyStress(std::span<const Conditions> experiments) {
+  return std::any_of(experiments.begin(), experiments.end(),
+                     [](const Conditions& conditions) { return conditions.stress.has_value(); });
+}
+
+void SofteningScaling::Serialize(Archive& archive) {
+  archive.Require("young_modulus");
+  archive.Quantity("young_modulus", young_modulus_, "Pa", kPositive);
+}
+
+std::string SofteningScaling::ExplainUnsupported(const Conditions& experiment) const {
+  if (!young_modulus_) {
+    return fmt::format("mode '{}' needs young_modulus, that of the simulated particles", name());
+  }
+  if (!experiment.young_modulus) {
+    return fmt::format("mode '{}' needs the powder's own Young's modulus (material.young_modulus)",
+                       name());
+  }
+  return ExplainModulus(*young_modulus_, experiment.young_modulus);
+}
+
+std::string SofteningScaling::LoweredTo() const {
+  return young_modulus_ ? fmt::format(" (lowered to {})", HumanQuantity(*young_modulus_, "Pa"))
+                        : "";
+}
+
 void KeepCohesion(const Conditions& experiment, double factor, Conditions* simulation) {
   simulation->surface_energy.reset();
   simulation->cohesion_energy_density.reset();
@@ -36,7 +62,7 @@ void KeepCohesion(const Conditions& experiment, double factor, Conditions* simul
 
 namespace {
 
-class ExactScaling final : public Scaling {
+class ExactScaling final : public SofteningScaling {
  public:
   const std::string& name() const override {
     static const std::string kName = "exact";
@@ -47,23 +73,7 @@ class ExactScaling final : public Scaling {
     return fmt::format(
         "keeps every group: stress, gravity and cohesion fall in proportion to Young's modulus{}, "
         "speeds with its root; the simulation takes as many steps as without scaling",
-        young_modulus_ ? fmt::format(" (lowered to {})", HumanQuantity(*young_modulus_, "Pa"))
-                       : "");
-  }
-
-  void Serialize(Archive& archive) override {
-    archive.Require("young_modulus");
-    archive.Quantity("young_modulus", young_modulus_, "Pa", kPositive);
-  }
-
-  std::string ExplainUnsupported(const Conditions& experiment) const override {
-    if (!young_modulus_) {
-      return "mode 'exact' needs young_modulus, that of the simulated particles";
-    }
-    if (!experiment.young_modulus) {
-      return "mode 'exact' needs the powder's own Young's modulus (material.young_modulus)";
-    }
-    return ExplainModulus(*young_modulus_, experiment.young_modulus);
+        LoweredTo());
   }
 
   bool scales_cohesion() const override { return true; }
@@ -85,9 +95,36 @@ class ExactScaling final : public Scaling {
     KeepCohesion(experiment, factor, &simulation);
     return simulation;
   }
+};
 
- private:
-  std::optional<double> young_modulus_;  // [Pa]
+class SigmaOverEScaling final : public SofteningScaling {
+ public:
+  const std::string& name() const override {
+    static const std::string kName = "sigma_over_e";
+    return kName;
+  }
+
+  std::string Describe() const override {
+    return fmt::format(
+        "keeps sigma/E: the stress falls in proportion to Young's modulus{}; gravity, cohesion and "
+        "speeds stay as they are, and so grow against the reduced load",
+        LoweredTo());
+  }
+
+  std::string ExplainWithoutEffect(std::span<const Conditions> experiments) const override {
+    if (AnyStress(experiments)) return "";
+    return "mode 'sigma_over_e' needs an applied stress, and no experiment has one";
+  }
+
+  Conditions ToSimulation(const Conditions& experiment) const override {
+    assert(ExplainUnsupported(experiment).empty());
+    Conditions simulation = experiment;
+    simulation.young_modulus = young_modulus_;
+    if (experiment.stress) {
+      simulation.stress = *experiment.stress * (*young_modulus_ / *experiment.young_modulus);
+    }
+    return simulation;
+  }
 };
 
 class RigidLimitScaling final : public Scaling {
@@ -145,6 +182,8 @@ class RigidLimitScaling final : public Scaling {
 }  // namespace
 
 std::unique_ptr<Scaling> MakeExactScaling() { return std::make_unique<ExactScaling>(); }
+std::unique_ptr<Scaling> MakeSigmaOverEScaling() { return std::make_unique<SigmaOverEScaling>(); }
+
 std::unique_ptr<Scaling> MakeRigidLimitScaling() { return std::make_unique<RigidLimitScaling>(); }
 
 }  // namespace powdercal
