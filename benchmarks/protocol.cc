@@ -139,21 +139,11 @@ struct Options {
   bool as_json = false;
 };
 
-Overrides ReadOverrides(const std::vector<std::string>& texts) {
-  Overrides overrides;
-  for (const std::string& text : texts) {
-    const std::size_t equals = text.find('=');
-    if (equals == std::string::npos) {
-      throw InputError(fmt::format("--set {}: expected KEY=VALUE", text), {});
-    }
-    overrides[text.substr(0, equals)] = text.substr(equals + 1);
-  }
-  return overrides;
-}
-
 json Run(const Options& options) {
   const Study study = LoadShipped(options.campaign.study);
   const std::string path = SectionOf(study, options.experiment);
+  Overrides common;
+  AddOverrides(options.set, &common);
   std::vector<Case> cases;
   json sweeps = json::array();
   std::vector<std::pair<json*, std::size_t>> places;
@@ -166,7 +156,7 @@ json Run(const Options& options) {
     for (const Setting& setting : sweep.settings) {
       for (std::size_t p = 0; p + 1 < options.points.size(); p += 2) {
         Overrides overrides = Resolve(setting.overrides, path);
-        for (const auto& [key, value] : ReadOverrides(options.set)) overrides.emplace(key, value);
+        overrides.insert(common.begin(), common.end());
         overrides["backend.name"] = options.backend;
         cases.push_back({.name = fmt::format("{} {}", sweep.name, setting.label),
                          .experiment = options.experiment,

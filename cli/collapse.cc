@@ -1,7 +1,6 @@
 #include "cli/collapse.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
@@ -11,10 +10,12 @@
 
 #include "cli/commands.h"
 #include "cli/output.h"
+#include "cli/parameters.h"
 #include "cli/signals.h"
 #include "cli/text.h"
 #include "core/files.h"
 #include "core/quantity.h"
+#include "core/statistics.h"
 #include "reports/collapse_html.h"
 #include "reports/text.h"
 #include "studies/collapse.h"
@@ -25,28 +26,10 @@ namespace {
 
 using nlohmann::json;
 
-std::vector<std::size_t> IndicesOf(const Study& study, const std::vector<std::string>& names) {
-  std::vector<std::string> known;
-  for (const StudyExperiment& entry : study.experiments) known.push_back(entry.name());
-  for (const std::string& name : names) {
-    if (std::find(known.begin(), known.end(), name) != known.end()) continue;
-    throw UnknownName("experiment", name, known,
-                      {.location = {"command line"}, .key = "--experiment"});
-  }
-  std::vector<std::size_t> indices;
-  for (std::size_t i = 0; i < known.size(); ++i) {
-    if (names.empty() || std::find(names.begin(), names.end(), known[i]) != names.end()) {
-      indices.push_back(i);
-    }
-  }
-  return indices;
-}
-
 // False if it was stopped: what had not ended has failed.
 bool Simulate(const Study& study, Collapse* collapse) {
   const Planner planner(study);
-  const std::filesystem::path folder =
-      std::filesystem::temp_directory_path() / fmt::format("powdercal-collapse-{}", getpid());
+  const std::filesystem::path folder = MakeTemporaryFolder();
   SignalStop signals;
   LocalExecutor executor(study.parallel());
   std::vector<CollapsePoint*> owners;
@@ -86,13 +69,8 @@ std::string Group(const CollapsePoint& point, const char* symbol) {
 }
 
 std::string MeanText(const std::vector<double>& values) {
-  double mean = 0;
-  for (const double value : values) mean += value / static_cast<double>(values.size());
-  double squares = 0;
-  for (const double value : values) squares += (value - mean) * (value - mean);
-  if (values.size() < 2) return fmt::format("{:.4g}", mean);
-  return fmt::format("{:.4g} ± {:.2g}", mean,
-                     std::sqrt(squares / static_cast<double>(values.size() - 1)));
+  const std::string mean = fmt::format("{:.4g}", Mean(values));
+  return values.size() < 2 ? mean : fmt::format("{} ± {:.2g}", mean, StandardDeviation(values));
 }
 
 void PrintPoints(const Study& study, const std::vector<CollapsePoint>& points) {
@@ -200,7 +178,7 @@ int RunCollapse(const Study& study, const CollapseCommand& command) {
         {.location = {study.file}});
   }
   CollapseOptions options{.replicates = command.replicates,
-                          .experiments = IndicesOf(study, command.experiments),
+                          .experiments = ReadExperiments(study, command.experiments),
                           .parameters = command.parameters};
   if (!command.kappas.empty()) options.kappas = command.kappas;
   std::sort(options.kappas.begin(), options.kappas.end());

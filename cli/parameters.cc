@@ -66,6 +66,24 @@ std::vector<double> ReadParameters(const Study& study, const std::vector<std::st
   return result;
 }
 
+std::vector<std::size_t> ReadExperiments(const Study& study,
+                                         const std::vector<std::string>& names) {
+  std::vector<std::string> known;
+  for (const StudyExperiment& entry : study.experiments) known.push_back(entry.name());
+  for (const std::string& name : names) {
+    if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+    throw UnknownName("experiment", name, known,
+                      {.location = {"command line"}, .key = "--experiment"});
+  }
+  std::vector<std::size_t> indices;
+  for (std::size_t i = 0; i < known.size(); ++i) {
+    if (names.empty() || std::find(names.begin(), names.end(), known[i]) != names.end()) {
+      indices.push_back(i);
+    }
+  }
+  return indices;
+}
+
 std::filesystem::path MakeTemporaryFolder() {
   std::string name = std::filesystem::temp_directory_path() / "powdercal-XXXXXX";
   if (mkdtemp(name.data()) == nullptr) {

@@ -14,6 +14,10 @@ namespace powdercal::cli {
 std::vector<double> ReadParameters(const Study& study, const std::vector<std::string>& texts,
                                    const std::vector<double>& defaults = {});
 
+/// Indices of the study's experiments of these names, ascending; without names of all. Throws
+/// InputError.
+std::vector<std::size_t> ReadExperiments(const Study& study, const std::vector<std::string>& names);
+
 /// A folder of its own below the system's for temporary files. Throws InputError.
 std::filesystem::path MakeTemporaryFolder();
 

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstdlib>
 #include <cstring>
 #include <nlohmann/json.hpp>
 
@@ -158,25 +157,6 @@ std::map<std::int64_t, LedgerRun> CollectRuns(std::size_t count, const SignalSto
     if (finished) runs.emplace(finished->ticket, std::move(finished->run));
   }
   return runs;
-}
-
-// Indices of the experiments of these names, or of all.
-std::vector<std::size_t> ReadExperiments(const Study& study,
-                                         const std::vector<std::string>& names) {
-  std::vector<std::string> known;
-  for (const StudyExperiment& entry : study.experiments) known.push_back(entry.name());
-  for (const std::string& name : names) {
-    if (std::find(known.begin(), known.end(), name) != known.end()) continue;
-    throw UnknownName("experiment", name, known,
-                      {.location = {"command line"}, .key = "--experiment"});
-  }
-  std::vector<std::size_t> indices;
-  for (std::size_t i = 0; i < known.size(); ++i) {
-    if (names.empty() || std::find(names.begin(), names.end(), known[i]) != names.end()) {
-      indices.push_back(i);
-    }
-  }
-  return indices;
 }
 
 int Simulate(Options options) {

@@ -70,16 +70,7 @@ Overrides StudyOptions::Collect() const {
     if (!value.empty()) overrides[key] = value;
   }
   if (deterministic_) overrides["budget.deterministic"] = "true";
-  for (const std::string& text : sets_) {
-    const std::size_t equals = text.find('=');
-    if (equals == std::string::npos || equals == 0) {
-      throw InputError("expected --set KEY=VALUE", {.location = {"command line"}, .value = text});
-    }
-    if (!overrides.emplace(text.substr(0, equals), text.substr(equals + 1)).second) {
-      throw InputError("given twice",
-                       {.location = {"command line"}, .key = text.substr(0, equals)});
-    }
-  }
+  AddOverrides(sets_, &overrides);
   return overrides;
 }
 

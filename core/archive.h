@@ -111,6 +111,9 @@ class Archive {
 
 /// Values that take precedence over a file's, by key path: {"budget.evaluations", "10"}.
 using Overrides = std::map<std::string, std::string>;
+/// Adds what was given as KEY=VALUE on a command line. Throws InputError for another form, and for
+/// a key that is there already.
+void AddOverrides(std::span<const std::string> texts, Overrides* overrides);
 
 /// Reads a YAML text; `file` is only for messages. The visitor sees the root map; throws InputError
 /// for YAML syntax errors, and for keys (of the file or of `overrides`) that the visitor did not
