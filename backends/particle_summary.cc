@@ -33,4 +33,10 @@ ParticleSummary Summarise(const Particles& particles) {
   return summary;
 }
 
+std::optional<ParticleSummary> SummariseIfValid(const Particles& particles) {
+  const bool valid =
+      particles.packing ? !particles.packing->empty() : particles.sizes.ExplainInvalid().empty();
+  return valid ? std::optional(Summarise(particles)) : std::nullopt;
+}
+
 }  // namespace powdercal

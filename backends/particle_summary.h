@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "backends/program.h"
 
 namespace powdercal {
@@ -20,5 +22,7 @@ struct ParticleSummary {
 
 /// Requires a valid distribution, or an explicit packing that is not empty.
 ParticleSummary Summarise(const Particles& particles);
+/// The same where it can be told; else whoever places the particles explains.
+std::optional<ParticleSummary> SummariseIfValid(const Particles& particles);
 
 }  // namespace powdercal

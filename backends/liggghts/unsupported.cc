@@ -2,25 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <set>
 
 #include "backends/liggghts/deck.h"
 #include "backends/liggghts/stage_states.h"
 #include "backends/particle_summary.h"
+#include "backends/stage_bodies.h"
 
 namespace powdercal::liggghts {
 namespace {
 
 constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
 constexpr double kSmallestMesh = 1e-4;  // [m] LIGGGHTS refuses surfaces of less
-
-// Figures of the particles, where they can be told; else whoever places them explains.
-std::optional<ParticleSummary> SummariseIfValid(const Particles& particles) {
-  const bool valid =
-      particles.packing ? !particles.packing->empty() : particles.sizes.ExplainInvalid().empty();
-  return valid ? std::optional(Summarise(particles)) : std::nullopt;
-}
 
 std::string ExplainDmt(const Program& program) {
   if (program.law.cohesion != ContactLaw::Cohesion::dmt) return "";
@@ -73,20 +65,11 @@ std::string ExplainMesh(const Mesh& mesh) {
 }
 
 std::string ExplainGroups(const Program& program) {
-  if (program.groups.empty()) return "";
-  if (!program.particles.packing) return "glued groups need an explicit packing";
-  std::set<std::int64_t> free;
-  for (const Sphere& sphere : *program.particles.packing) free.insert(sphere.id);
+  if (std::string reason = ExplainGluedGroups(program); !reason.empty()) return reason;
   for (const GluedGroup& group : program.groups) {
     if (group.ids.empty()) return fmt::format("glued group '{}' is empty", group.name);
-    for (const std::int64_t id : group.ids) {
-      if (free.erase(id) == 0) {
-        return fmt::format("glued group '{}': there is no particle {} that is not glued already",
-                           group.name, id);
-      }
-    }
   }
-  return free.empty() ? "all particles are glued" : "";
+  return "";
 }
 
 // Contacts with walls do not enter LIGGGHTS' stress of a particle.
@@ -157,7 +140,7 @@ std::string ExplainGeometry(const Program& program) {
 // Goes through a program's stages and finds what LIGGGHTS cannot do.
 class StageCheck {
  public:
-  explicit StageCheck(const Program& program) : program_(program) {}
+  explicit StageCheck(const Program& program) : program_(program), bodies_(program) {}
 
   std::string Explain() {
     const std::vector<Stage>& stages = program_.stages;
@@ -179,26 +162,23 @@ class StageCheck {
     if (const std::string& first = FirstServo(program_)->wall; first != servo.wall) {
       return fmt::format("only one servo, and '{}' has it", first);
     }
-    if (std::string reason = ExplainAbsent(servo.wall); !reason.empty()) return reason;
-    if (Group(servo.wall)) {
+    if (std::string reason = bodies_.ExplainAbsent(servo.wall); !reason.empty()) return reason;
+    if (bodies_.Group(servo.wall)) {
       return fmt::format(
           "'{}' is a glued group: LIGGGHTS controls the stress of planes and meshes only",
           servo.wall);
     }
-    for (const PlaneWall& wall : program_.walls) {
-      if (wall.name == servo.wall && (wall.axis != 2 || wall.facing_positive)) {
-        return fmt::format("the servo's wall '{}' has to face down", servo.wall);
-      }
-    }
-    state_.servo = true;
+    if (std::string reason = bodies_.ExplainFacing(servo); !reason.empty()) return reason;
+    bodies_.BeginServo();
     return "";
   }
-  std::string Check(const Hold&) const { return state_.servo ? "" : "no servo before it"; }
+  std::string Check(const Hold&) const { return bodies_.servo() ? "" : "no servo before it"; }
   std::string Check(const Advance& advance) const {
     for (const Motion& motion : advance.motions) {
       const std::string& body = motion.body;
-      if (std::string reason = ExplainAbsent(body); !reason.empty()) return reason;
-      if (Plane(body)) return fmt::format("LIGGGHTS moves meshes and glued groups, not '{}'", body);
+      if (std::string reason = bodies_.ExplainAbsent(body); !reason.empty()) return reason;
+      if (bodies_.Plane(body))
+        return fmt::format("LIGGGHTS moves meshes and glued groups, not '{}'", body);
       if (const Servo* servo = FirstServo(program_); servo != nullptr && servo->wall == body) {
         return fmt::format("LIGGGHTS cannot move '{}', which has a servo", body);
       }
@@ -216,50 +196,16 @@ class StageCheck {
     if (program_.law.cohesion == ContactLaw::Cohesion::dmt) {
       return "LIGGGHTS' liquid bridges, which stand for DMT adhesion, cannot be saved";
     }
-    if (saved_.emplace(save.name, state_).second) return "";
-    return fmt::format("there are two states '{}'", save.name);
+    return bodies_.Pass(save);
   }
-  std::string Check(const Restore& restore) {
-    const auto saved = saved_.find(restore.name);
-    if (saved == saved_.end()) return fmt::format("no state '{}' was saved", restore.name);
-    state_ = saved->second;
-    return "";
-  }
+  std::string Check(const Restore& restore) { return bodies_.Pass(restore); }
   std::string Check(const Remove& remove) {
-    const std::string& body = remove.body;
-    if (std::string reason = ExplainAbsent(body); !reason.empty()) return reason;
-    if (Group(body)) return fmt::format("'{}' is a glued group", body);
-    if (const Servo* servo = FirstServo(program_); servo != nullptr && servo->wall == body) {
-      return fmt::format("'{}' has a servo", body);
-    }
-    state_.removed.insert(body);
-    return "";
+    const Servo* servo = FirstServo(program_);
+    return bodies_.Pass(remove, servo != nullptr ? servo->wall : "");
   }
-
-  template <typename Body>
-  static bool Names(const std::vector<Body>& bodies, const std::string& name) {
-    return std::any_of(bodies.begin(), bodies.end(),
-                       [&](const Body& body) { return body.name == name; });
-  }
-  bool Plane(const std::string& body) const { return Names(program_.walls, body); }
-  bool Group(const std::string& body) const { return Names(program_.groups, body); }
-
-  std::string ExplainAbsent(const std::string& body) const {
-    if (!Plane(body) && !Names(program_.meshes, body) && !Group(body)) {
-      return fmt::format("no wall, mesh or group '{}'", body);
-    }
-    return state_.removed.contains(body) ? fmt::format("'{}' was removed before", body) : "";
-  }
-
-  // What Restore brings back.
-  struct State {
-    bool servo = false;  // at work
-    std::set<std::string> removed;
-  };
 
   const Program& program_;
-  State state_;
-  std::map<std::string, State> saved_;
+  StageBodies bodies_;
 };
 
 }  // namespace

@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <optional>
 #include <set>
 
 #include "backends/particle_summary.h"
+#include "backends/stage_bodies.h"
 
 namespace powdercal::yade {
 namespace {
@@ -22,13 +22,6 @@ bool IsFullyPeriodic(const Domain& domain) {
 
 bool HasSurfaces(const Program& program) {
   return !program.walls.empty() || !program.meshes.empty();
-}
-
-// Figures of the particles, where they can be told; else whoever places them explains.
-std::optional<ParticleSummary> SummariseIfValid(const Particles& particles) {
-  const bool valid =
-      particles.packing ? !particles.packing->empty() : particles.sizes.ExplainInvalid().empty();
-  return valid ? std::optional(Summarise(particles)) : std::nullopt;
 }
 
 // --- The contact law ----------------------------------------------------------------------------
@@ -210,20 +203,10 @@ std::string ExplainDomain(const Program& program) {
 }
 
 std::string ExplainGroups(const Program& program) {
-  if (program.groups.empty()) return "";
-  if (!program.particles.packing) return "glued groups need an explicit packing";
-  if (program.groups.size() > 16) return "more than 16 glued groups are not offered through YADE";
-  std::set<std::int64_t> free;
-  for (const Sphere& sphere : *program.particles.packing) free.insert(sphere.id);
-  for (const GluedGroup& group : program.groups) {
-    for (const std::int64_t id : group.ids) {
-      if (free.erase(id) == 0) {
-        return fmt::format("glued group '{}': there is no particle {} that is not glued already",
-                           group.name, id);
-      }
-    }
+  if (program.particles.packing && program.groups.size() > 16) {
+    return "more than 16 glued groups are not offered through YADE";
   }
-  return free.empty() ? "all particles are glued" : "";
+  return ExplainGluedGroups(program);
 }
 
 std::string ExplainBodies(const Program& program) {
@@ -257,7 +240,7 @@ std::string ExplainBodies(const Program& program) {
 // Goes through a program's stages and finds what cannot be done.
 class StageCheck {
  public:
-  explicit StageCheck(const Program& program) : program_(program) {}
+  explicit StageCheck(const Program& program) : program_(program), bodies_(program) {}
 
   std::string Explain() {
     const std::vector<Stage>& stages = program_.stages;
@@ -281,8 +264,8 @@ class StageCheck {
     if (!servo_wall_.empty() && servo.wall != servo_wall_) {
       return fmt::format("only one servo, and '{}' has it", servo_wall_);
     }
-    if (std::string reason = ExplainAbsent(servo.wall); !reason.empty()) return reason;
-    if (Names(program_.groups, servo.wall)) {
+    if (std::string reason = bodies_.ExplainAbsent(servo.wall); !reason.empty()) return reason;
+    if (bodies_.Group(servo.wall)) {
       return fmt::format(
           "'{}' is a glued group: through YADE the stress of planes and meshes only "
           "is controlled",
@@ -290,22 +273,18 @@ class StageCheck {
     }
     if (!(servo.stress > 0)) return "the stress must be positive";
     if (!(servo.max_velocity > 0)) return "the largest velocity must be positive";
-    for (const PlaneWall& wall : program_.walls) {
-      if (wall.name == servo.wall && (wall.axis != 2 || wall.facing_positive)) {
-        return fmt::format("the servo's wall '{}' has to face down", servo.wall);
-      }
-    }
+    if (std::string reason = bodies_.ExplainFacing(servo); !reason.empty()) return reason;
     servo_wall_ = servo.wall;
-    state_.servo = true;
+    bodies_.BeginServo();
     return "";
   }
   std::string Check(const Hold& hold) const {
-    if (!state_.servo) return "no servo before it";
+    if (!bodies_.servo()) return "no servo before it";
     return hold.window > 0 ? "" : "the window must be positive";
   }
   std::string Check(const Advance& advance) const {
     for (const Motion& motion : advance.motions) {
-      if (std::string reason = ExplainAbsent(motion.body); !reason.empty()) return reason;
+      if (std::string reason = bodies_.ExplainAbsent(motion.body); !reason.empty()) return reason;
       if (motion.spin != Vector3{}) {
         return fmt::format("'{}' turns, which is not offered through YADE", motion.body);
       }
@@ -327,50 +306,13 @@ class StageCheck {
     }
     return "";
   }
-  std::string Check(const Save& save) {
-    if (saved_.emplace(save.name, state_).second) return "";
-    return fmt::format("there are two states '{}'", save.name);
-  }
-  std::string Check(const Restore& restore) {
-    const auto saved = saved_.find(restore.name);
-    if (saved == saved_.end()) return fmt::format("no state '{}' was saved", restore.name);
-    state_ = saved->second;
-    return "";
-  }
-  std::string Check(const Remove& remove) {
-    if (std::string reason = ExplainAbsent(remove.body); !reason.empty()) return reason;
-    if (Names(program_.groups, remove.body)) {
-      return fmt::format("'{}' is a glued group", remove.body);
-    }
-    if (remove.body == servo_wall_) return fmt::format("'{}' has a servo", remove.body);
-    state_.removed.insert(remove.body);
-    return "";
-  }
-
-  template <typename Body>
-  static bool Names(const std::vector<Body>& bodies, const std::string& name) {
-    return std::any_of(bodies.begin(), bodies.end(),
-                       [&](const Body& body) { return body.name == name; });
-  }
-
-  std::string ExplainAbsent(const std::string& body) const {
-    if (!Names(program_.walls, body) && !Names(program_.meshes, body) &&
-        !Names(program_.groups, body)) {
-      return fmt::format("no wall, mesh or group '{}'", body);
-    }
-    return state_.removed.contains(body) ? fmt::format("'{}' was removed before", body) : "";
-  }
-
-  // What Restore brings back.
-  struct State {
-    bool servo = false;  // at work
-    std::set<std::string> removed;
-  };
+  std::string Check(const Save& save) { return bodies_.Pass(save); }
+  std::string Check(const Restore& restore) { return bodies_.Pass(restore); }
+  std::string Check(const Remove& remove) { return bodies_.Pass(remove, servo_wall_); }
 
   const Program& program_;
   std::string servo_wall_;
-  State state_;
-  std::map<std::string, State> saved_;
+  StageBodies bodies_;
 };
 
 }  // namespace
