@@ -22,8 +22,7 @@ class NoScaling final : public Scaling {
   }
   std::string Describe() const override {
     return "simulates the experiment as it is: every group is kept, at the price of the powder's "
-           "own "
-           "stiffness and its short time step";
+           "own stiffness and its short time step";
   }
   void Serialize(Archive&) override {}
   std::string ExplainUnsupported(const Conditions&) const override { return ""; }
@@ -65,8 +64,8 @@ class GivenScaling final : public Scaling {
     if (!archive.reading()) return;
     if (stress_ && stress_ratio_) {
       throw archive.ErrorAt("stress_ratio",
-                            "'stress' and 'stress_ratio' exclude each other: give the "
-                            "simulation's stress, or its ratio to the experiment's");
+                            "'stress' and 'stress_ratio' exclude each other: give the simulation's "
+                            "stress, or its ratio to the experiment's");
     }
   }
 

@@ -116,19 +116,16 @@ std::string ExplainRolling(const Program& program) {
   }
   if (Sticks(program)) {
     return "YADE limits rolling friction by the force with adhesion in it, not by the elastic "
-           "force; "
-           "use rolling: none with DMT adhesion";
+           "force; use rolling: none with DMT adhesion";
   }
   if (HasSurfaces(program)) {
     return "YADE's limit of rolling friction is wrong at planes and meshes, whose radius it takes "
-           "for "
-           "1e8 of the particle's; use rolling: none, or a periodic cell";
+           "for 1e8 of the particle's; use rolling: none, or a periodic cell";
   }
   const auto particles = SummariseIfValid(program.particles);
   if (particles && !particles->OneSize()) {
     return "YADE limits rolling friction by the mean of two radii, which is 2 R* for particles of "
-           "one "
-           "size only; use one size, or rolling: none";
+           "one size only; use one size, or rolling: none";
   }
   return "";
 }
@@ -144,8 +141,7 @@ std::string ExplainNormal(const Program& program) {
                   [](const Stage& s) { return std::holds_alternative<Deform>(s); });
   if (!deforms) return "";
   return "YADE's linear law takes the velocity of periodic images with the wrong sign where the "
-         "cell "
-         "deforms; use normal: hertz";
+         "cell deforms; use normal: hertz";
 }
 
 // First what takes another law, then what takes another option.
@@ -183,10 +179,8 @@ std::string ExplainDomain(const Program& program) {
     if (domain.boundaries[axis] == Boundary::periodic && !cell) {
       return fmt::format(
           "the domain is periodic along {} but not along all axes: in YADE planes and meshes do "
-          "not "
-          "work in a periodic domain. Consolidation and spreading have `sides: walls` for it, "
-          "shear "
-          "`cell: periodic`",
+          "not work in a periodic domain. Consolidation and spreading have `sides: walls` for it, "
+          "shear `cell: periodic`",
           kAxes[axis]);
     }
   }
@@ -267,8 +261,7 @@ class StageCheck {
     if (std::string reason = bodies_.ExplainAbsent(servo.wall); !reason.empty()) return reason;
     if (bodies_.Group(servo.wall)) {
       return fmt::format(
-          "'{}' is a glued group: through YADE the stress of planes and meshes only "
-          "is controlled",
+          "'{}' is a glued group: through YADE the stress of planes and meshes only is controlled",
           servo.wall);
     }
     if (!(servo.stress > 0)) return "the stress must be positive";

@@ -6,6 +6,7 @@
 #include "scaling/groups.h"
 #include "scaling/real_powder.h"
 #include "scaling/scaling.h"
+#include "tests/scaling/mode_sections.h"
 
 namespace powdercal {
 namespace {
@@ -13,21 +14,6 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
-
-std::unique_ptr<Scaling> Read(const std::string& yaml) {
-  std::unique_ptr<Scaling> scaling;
-  ReadYaml(yaml, "study.yaml", [&](Archive& archive) { SerializeScaling(archive, scaling); });
-  return scaling;
-}
-
-std::string ErrorOf(const std::string& yaml) {
-  try {
-    Read(yaml);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
-}
 
 Conditions HastelloyX(Conditions::Cohesion law = Conditions::Cohesion::dmt) {
   return {.stress = 9e3,

@@ -3,29 +3,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/scaling/mode_sections.h"
+
 namespace powdercal {
 namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-std::unique_ptr<Scaling> Read(const std::string& yaml) {
-  std::unique_ptr<Scaling> scaling;
-  ReadYaml(yaml, "study.yaml", [&](Archive& archive) { SerializeScaling(archive, scaling); });
-  return scaling;
-}
-
 std::string Write(std::unique_ptr<Scaling>& scaling) {
   return WriteYaml([&](Archive& archive) { SerializeScaling(archive, scaling); });
-}
-
-std::string ErrorOf(const std::string& yaml) {
-  try {
-    Read(yaml);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
 }
 
 Conditions HastelloyX() {
