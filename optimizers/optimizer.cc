@@ -30,19 +30,47 @@ constexpr std::array<Entry, 7> kOptimizers = {{
     {"sobol", MakeDesignFactory},
 }};
 
+// SI value at u in [0, 1], and back.
+double ValueAt(const Parameter& parameter, double u) {
+  if (const int levels = parameter.levels(); levels > 0) {
+    return parameter.lower + std::min(std::floor(u * levels), levels - 1.0);
+  }
+  // The ends exactly, whatever rounding does.
+  if (u == 1) return parameter.upper;
+  const double value = parameter.logarithmic
+                           ? parameter.lower * std::pow(parameter.upper / parameter.lower, u)
+                           : parameter.lower + u * (parameter.upper - parameter.lower);
+  return std::clamp(value, parameter.lower, parameter.upper);
+}
+
+double CoordinateOf(const Parameter& parameter, double value) {
+  if (const int levels = parameter.levels(); levels > 0) {
+    return (std::round(value - parameter.lower) + 0.5) / levels;
+  }
+  if (value == parameter.upper) return 1;
+  const double u =
+      parameter.logarithmic
+          ? std::log(value / parameter.lower) / std::log(parameter.upper / parameter.lower)
+          : (value - parameter.lower) / (parameter.upper - parameter.lower);
+  return std::clamp(u, 0.0, 1.0);
+}
+
 }  // namespace
+
+int Parameter::levels() const {
+  return kind == Kind::continuous ? 0 : static_cast<int>(std::lround(upper - lower)) + 1;
+}
+
+bool SearchSpace::discrete() const {
+  return std::any_of(parameters.begin(), parameters.end(),
+                     [](const Parameter& parameter) { return parameter.levels() > 0; });
+}
 
 Eigen::VectorXd SearchSpace::FromUnit(const Eigen::VectorXd& point) const {
   if (point.size() != dimension()) throw std::invalid_argument("FromUnit: wrong dimension");
   Eigen::VectorXd values(point.size());
   for (Eigen::Index i = 0; i < point.size(); ++i) {
-    const Parameter& parameter = parameters[static_cast<std::size_t>(i)];
-    const double u = std::clamp(point[i], 0.0, 1.0);
-    const double value = parameter.logarithmic
-                             ? parameter.lower * std::pow(parameter.upper / parameter.lower, u)
-                             : parameter.lower + u * (parameter.upper - parameter.lower);
-    // The ends exactly, whatever rounding does.
-    values[i] = u == 1 ? parameter.upper : std::clamp(value, parameter.lower, parameter.upper);
+    values[i] = ValueAt(parameters[static_cast<std::size_t>(i)], std::clamp(point[i], 0.0, 1.0));
   }
   return values;
 }
@@ -52,14 +80,20 @@ Eigen::VectorXd SearchSpace::ToUnit(const Eigen::VectorXd& values) const {
   Eigen::VectorXd point(values.size());
   for (Eigen::Index i = 0; i < values.size(); ++i) {
     const Parameter& parameter = parameters[static_cast<std::size_t>(i)];
-    const double value = std::clamp(values[i], parameter.lower, parameter.upper);
-    const double u =
-        parameter.logarithmic
-            ? std::log(value / parameter.lower) / std::log(parameter.upper / parameter.lower)
-            : (value - parameter.lower) / (parameter.upper - parameter.lower);
-    point[i] = value == parameter.upper ? 1 : std::clamp(u, 0.0, 1.0);
+    point[i] = CoordinateOf(parameter, std::clamp(values[i], parameter.lower, parameter.upper));
   }
   return point;
+}
+
+Eigen::VectorXd SearchSpace::Snap(const Eigen::VectorXd& point) const {
+  if (point.size() != dimension()) throw std::invalid_argument("Snap: wrong dimension");
+  Eigen::VectorXd snapped = point.cwiseMax(0).cwiseMin(1);
+  for (Eigen::Index i = 0; i < point.size(); ++i) {
+    const Parameter& parameter = parameters[static_cast<std::size_t>(i)];
+    if (parameter.levels() == 0) continue;
+    snapped[i] = CoordinateOf(parameter, ValueAt(parameter, snapped[i]));
+  }
+  return snapped;
 }
 
 std::span<const std::string> OptimizerNames() {
@@ -97,6 +131,10 @@ double ChiSquared(const Objectives& objectives, const Eigen::VectorXd& responses
     const Target& target = targets[static_cast<std::size_t>(i)];
     if (objective >= 0 && target.objective != objective) continue;
     if (std::isnan(responses[i])) continue;
+    if (target.minimise) {
+      sum += (responses[i] - target.value) / target.sd;
+      continue;
+    }
     double variance = target.sd * target.sd;
     if (variances.size() != 0 && variances[i] > 0) variance += variances[i];  // NaN: unknown
     const double residual = responses[i] - target.value;

@@ -13,31 +13,50 @@ namespace powdercal {
 
 /// A parameter to be found.
 struct Parameter {
+  enum class Kind {
+    continuous,
+    integer,      ///< lower, lower + 1, …, upper
+    categorical,  ///< an index into `categories`, which have no order; lower = 0
+  };
+
   std::string name;          ///< canonical, "cohesion_energy_density"
   std::string symbol;        ///< "k"; the name if the study gives none
   std::string unit;          ///< SI unit, "1" for pure numbers
   double lower = 0;          ///< SI
   double upper = 1;          ///< SI
-  bool logarithmic = false;  ///< searched on a log scale; then lower > 0
+  bool logarithmic = false;  ///< searched on a log scale; then lower > 0; continuous only
+  Kind kind = Kind::continuous;
+  std::vector<std::string> categories;  ///< categorical: at least 2; upper = their number − 1
+
+  /// Number of values that a discrete parameter can take; 0: continuous.
+  int levels() const;
 };
 
-/// The box that is searched. Optimizers see the unit box only.
+/// The box that is searched. Optimizers see the unit box only. A discrete parameter with n levels
+/// divides its side of the box into n equal parts; the middle of a part stands for the level.
 struct SearchSpace {
   std::vector<Parameter> parameters;
 
   int dimension() const { return static_cast<int>(parameters.size()); }
-  /// Unit box → SI, and back. Points slightly outside the box are clamped.
+  /// Whether a parameter is an integer or categorical.
+  bool discrete() const;
+  /// Unit box → SI (discrete: the level), and back. Points slightly outside the box are clamped.
   Eigen::VectorXd FromUnit(const Eigen::VectorXd& point) const;
   Eigen::VectorXd ToUnit(const Eigen::VectorXd& values) const;
+  /// The point that stands for the same values: clamped, discrete entries moved to the middle of
+  /// their part. Optimizers ask for such points only.
+  Eigen::VectorXd Snap(const Eigen::VectorXd& point) const;
 };
 
-/// A response with the value it should take.
+/// A response with the value it should take, or that is to be as low as possible.
 struct Target {
   std::string response;  ///< "consolidation.void_ratio"
   std::string unit;      ///< SI unit
   double value = 0;      ///< SI
   double sd = 0;         ///< SI, experimental standard deviation, > 0
   int objective = 0;     ///< pareto: index of the objective it belongs to
+  /// The objective is the response itself, (response − value)/sd, and has no other target.
+  bool minimise = false;
 };
 
 /// What is to be minimised: joint: chi² = Σ ((response − value)²/sd²) over all targets; pareto: one
@@ -84,6 +103,7 @@ struct Capabilities {
   bool asynchronous = false;  ///< can be asked while candidates are pending
   bool pareto = false;        ///< more than one objective
   bool failures = false;      ///< learns where evaluations fail
+  bool discrete = false;      ///< integer and categorical parameters
 };
 
 /// Finds parameters by asking for evaluations and being told of their outcome.
@@ -126,7 +146,7 @@ std::span<const std::string> OptimizerNames();
 std::unique_ptr<OptimizerFactory> MakeOptimizerFactory(const std::string& name);
 
 /// chi² of responses against targets with variance sd² + variance of the mean (responses with NaN
-/// do not count). objective < 0: all targets.
+/// do not count); of a minimised target (response − value)/sd. objective < 0: all targets.
 double ChiSquared(const Objectives& objectives, const Eigen::VectorXd& responses,
                   const Eigen::VectorXd& variances, int objective = -1);
 

@@ -106,6 +106,18 @@ std::vector<DesignPoint> UserList(const DesignOptions& options, const SearchSpac
   return points;
 }
 
+std::vector<DesignPoint> PointsOf(const DesignOptions& options, const SearchSpace& space,
+                                  std::uint64_t seed) {
+  const int d = space.dimension();
+  if (options.name == "corners_and_centre") return CornersAndCentre(d);
+  if (options.name == "grid") return Labelled(Grid(options.levels, d));
+  if (options.name == "list") return UserList(options, space);
+  const int count = PointCount(options, d);
+  if (options.name == "latin_hypercube") return Labelled(MaximinLatinHypercube(count, d, seed));
+  if (options.name == "sobol") return Labelled(SobolPoints(count, d, seed));
+  throw std::invalid_argument("MakeDesign: unknown design " + options.name);
+}
+
 }  // namespace
 
 std::span<const std::string> DesignNames() { return kNames; }
@@ -178,14 +190,9 @@ std::vector<DesignPoint> MakeDesign(const DesignOptions& options, const SearchSp
                                     std::uint64_t seed) {
   const std::string reason = options.ExplainUnsupported(space);
   if (!reason.empty()) throw std::invalid_argument("MakeDesign: " + reason);
-  const int d = space.dimension();
-  if (options.name == "corners_and_centre") return CornersAndCentre(d);
-  if (options.name == "grid") return Labelled(Grid(options.levels, d));
-  if (options.name == "list") return UserList(options, space);
-  const int count = PointCount(options, d);
-  if (options.name == "latin_hypercube") return Labelled(MaximinLatinHypercube(count, d, seed));
-  if (options.name == "sobol") return Labelled(SobolPoints(count, d, seed));
-  throw std::invalid_argument("MakeDesign: unknown design " + options.name);
+  std::vector<DesignPoint> points = PointsOf(options, space, seed);
+  for (DesignPoint& point : points) point.point = space.Snap(point.point);
+  return points;
 }
 
 Eigen::MatrixXd SobolPoints(int count, int dimension, std::uint64_t seed) {

@@ -40,7 +40,9 @@ class DesignOptimizer final : public Optimizer {
         Status::Phase::finished,
         fmt::format("all {} points of the design '{}' have been asked for", points_.size(), name_)};
   }
-  Capabilities capabilities() const override { return {.asynchronous = true, .pareto = true}; }
+  Capabilities capabilities() const override {
+    return {.asynchronous = true, .pareto = true, .discrete = true};
+  }
   std::string ExplainUnsupported(const SearchSpace& space, const Objectives&) const override {
     return options_.ExplainUnsupported(space);
   }

@@ -37,6 +37,39 @@ TEST(SearchSpaceTest, RefusesTheWrongDimension) {
   EXPECT_THROW(HastelloySpace().ToUnit(Eigen::Vector3d::Zero()), std::invalid_argument);
 }
 
+TEST(SearchSpaceTest, DiscreteParametersShareTheBoxEqually) {
+  SearchSpace space = UnitBox(3);
+  space.parameters[0] = {.name = "n", .lower = 2, .upper = 5, .kind = Parameter::Kind::integer};
+  space.parameters[1] = {.name = "law",
+                         .upper = 1,
+                         .kind = Parameter::Kind::categorical,
+                         .categories = {"cdt", "epsd2"}};
+  EXPECT_TRUE(space.discrete());
+  EXPECT_FALSE(UnitBox(2).discrete());
+  EXPECT_EQ(space.FromUnit(Eigen::Vector3d(0, 0.49, 0.3)), Eigen::Vector3d(2, 0, 0.3));
+  EXPECT_EQ(space.FromUnit(Eigen::Vector3d(1, 0.51, 0.3)), Eigen::Vector3d(5, 1, 0.3));
+  EXPECT_EQ(space.ToUnit(Eigen::Vector3d(3, 1, 0.3)), Eigen::Vector3d(0.375, 0.75, 0.3));
+  EXPECT_EQ(space.Snap(Eigen::Vector3d(0.3, 1.5, 0.3)), Eigen::Vector3d(0.375, 0.75, 0.3));
+  const Eigen::VectorXd snapped = space.Snap(Eigen::Vector3d(0.9, 0.1, 0.7));
+  EXPECT_EQ(space.Snap(snapped), snapped);
+  for (const std::string& name : {"sobol", "latin_hypercube", "random"}) {
+    const auto optimizer = MakeOptimizerFactory(name)->Make(space, JointTargets({0}, 1), 3);
+    EXPECT_TRUE(optimizer->capabilities().discrete);
+    for (const Candidate& candidate : optimizer->Ask(5)) {
+      EXPECT_EQ(space.Snap(candidate.point), candidate.point) << name;
+    }
+  }
+}
+
+TEST(ChiSquaredTest, AMinimisedTargetIsLinear) {
+  Objectives objectives = JointTargets({1, 2}, 0.5);
+  objectives.kind = Objectives::Kind::pareto;
+  objectives.targets[1].objective = 1;
+  objectives.targets[1].minimise = true;
+  EXPECT_NEAR(ChiSquared(objectives, Eigen::Vector2d(2, -1), Eigen::Vector2d(0, 3), 1), -6, 1e-12);
+  EXPECT_NEAR(ChiSquared(objectives, Eigen::Vector2d(2, -1), {}, 0), 4, 1e-12);
+}
+
 TEST(ChiSquaredTest, AddsUpWhatIsKnown) {
   Objectives objectives = JointTargets({1, 2, 3}, 0.5);
   objectives.targets[2].objective = 1;
