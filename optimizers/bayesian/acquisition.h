@@ -33,6 +33,8 @@ struct MaximisationLimits {
   Eigen::VectorXd upper;
   Eigen::MatrixXd taken;       ///< m × d: points that must not be proposed again
   double radius = 1e-6;        ///< around them; < 0: they may
+  Eigen::VectorXd avoided;     ///< centre of a ball that is left out; empty: none
+  double avoided_radius = 0;   ///< in the unit box
   double min_feasibility = 0;  ///< probability of success
 };
 

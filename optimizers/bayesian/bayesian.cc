@@ -17,7 +17,7 @@
 #include "optimizers/bayesian/models.h"
 #include "optimizers/bayesian/sampled_acquisition.h"
 #include "optimizers/bayesian/scalarisation.h"
-#include "optimizers/bayesian/trust_region.h"
+#include "optimizers/bayesian/search_region.h"
 #include "optimizers/pareto.h"
 
 namespace powdercal {
@@ -109,7 +109,7 @@ class Bayesian final : public Optimizer {
   Eigen::VectorXd Reference() const;
   Eigen::VectorXd FarthestPoint(std::uint64_t seed) const;
   Eigen::MatrixXd Anchors(const Scalarisation& scalarisation, const Acquisition& acquisition) const;
-  void LimitToTrustRegion(MaximisationLimits* limits) const;
+  void LimitSearch(MaximisationLimits* limits) const;
   Eigen::MatrixXd Taken() const;
   bool IsTaken(const Eigen::VectorXd& point) const;
   bool TooManyFailures() const;
@@ -268,7 +268,7 @@ Candidate Bayesian::Propose() {
                               .taken = Taken(),
                               .radius = options_.de_duplication ? kDuplicateRadius : -1,
                               .min_feasibility = TooManyFailures() ? 0.5 : 0};
-    LimitToTrustRegion(&limits);
+    LimitSearch(&limits);
     const Eigen::MatrixXd anchors = Anchors(scalarisation, *acquisition);
     Eigen::VectorXd point = MaximiseAcquisition(*acquisition, anchors, limits, stream.seed());
     if (point.size() == 0 && limits.min_feasibility > 0) {
@@ -462,32 +462,29 @@ Eigen::MatrixXd Bayesian::Anchors(const Scalarisation& scalarisation,
   return Rows(points, dimension_);
 }
 
-void Bayesian::LimitToTrustRegion(MaximisationLimits* limits) const {
-  const bool wanted = options_.trust_region == BayesianOptions::TrustRegion::on ||
-                      (options_.trust_region == BayesianOptions::TrustRegion::automatic &&
-                       dimension_ > kTrustRegionDimension);
-  // The front of several objectives has no one best point.
-  if (!wanted || objective_count_ > 1) return;
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  double before = kInfinity;
-  double best = kInfinity;
-  Eigen::VectorXd best_point;
-  std::vector<double> values;
+// Of one objective: around the best point, but not where the search creeps.
+void Bayesian::LimitSearch(MaximisationLimits* limits) const {
+  if (objective_count_ > 1) return;
+  std::vector<SearchStep> steps;
+  bool any = false;
   for (const auto& [id, observation] : observations_) {
-    const double value = Complete(observation)
-                             ? ChiSquared(objectives_, observation.responses, observation.variances)
-                             : kInfinity;
-    if (value < best) {
-      best = value;
-      best_point = observation.point;
+    SearchStep step{.point = observation.point,
+                    .value = std::numeric_limits<double>::infinity(),
+                    .proposed = id >= static_cast<std::int64_t>(design_.size())};
+    if (Complete(observation)) {
+      step.value = ChiSquared(objectives_, observation.responses, observation.variances);
+      any = true;
     }
-    if (id < static_cast<std::int64_t>(design_.size())) {
-      before = std::min(before, value);
-    } else {
-      values.push_back(value);
-    }
+    steps.push_back(std::move(step));
   }
-  if (best_point.size() == 0) return;
+  if (const std::optional<Eigen::VectorXd> creep = FindCreep(steps)) {
+    limits->avoided = *creep;
+    limits->avoided_radius = kElsewhere * std::sqrt(static_cast<double>(dimension_));
+  }
+  const bool trusted = options_.trust_region == BayesianOptions::TrustRegion::on ||
+                       (options_.trust_region == BayesianOptions::TrustRegion::automatic &&
+                        dimension_ > kTrustRegionDimension);
+  if (!trusted || !any) return;
   // Geometric means over the responses; those of categories have no length in the box.
   Eigen::ArrayXd logarithms = Eigen::ArrayXd::Zero(dimension_);
   if (!space_.discrete()) {
@@ -496,7 +493,7 @@ void Bayesian::LimitToTrustRegion(MaximisationLimits* limits) const {
     }
     logarithms /= static_cast<double>(models_->processes.size());
   }
-  const TrustRegion region = FindTrustRegion(best_point, before, values, logarithms.exp().matrix());
+  const TrustRegion region = FindTrustRegion(steps, logarithms.exp().matrix());
   limits->lower = region.lower;
   limits->upper = region.upper;
 }

@@ -184,6 +184,9 @@ class Gate {
             limits_.radius) {
       return false;
     }
+    if (limits_.avoided.size() > 0 && (point - limits_.avoided).norm() < limits_.avoided_radius) {
+      return false;
+    }
     return limits_.min_feasibility <= 0 ||
            acquisition_.LogFeasibility(point) >= std::log(limits_.min_feasibility);
   }

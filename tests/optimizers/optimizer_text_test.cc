@@ -17,9 +17,9 @@ TEST(OptimizerTextTest, NamesOptionsAndDesign) {
   const DesignOptions design{.name = "latin_hypercube", .points = 9};
   const auto plain = ParseOptimizer("bayesian", HastelloySpace(), &design);
   EXPECT_THAT(Written(*plain), testing::HasSubstr("latin_hypercube"));
-  const auto options =
-      ParseOptimizer("bayesian:acquisition=ei,jitter=0.2,initial_design.name=sobol,initial_design.points=7",
-                     HastelloySpace(), &design);
+  const auto options = ParseOptimizer(
+      "bayesian:acquisition=ei,jitter=0.2,initial_design.name=sobol,initial_design.points=7",
+      HastelloySpace(), &design);
   EXPECT_THAT(Written(*options),
               testing::AllOf(testing::HasSubstr("acquisition: ei"),
                              testing::HasSubstr("jitter: 0.2"), testing::HasSubstr("points: 7")));

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "core/random.h"
-#include "optimizers/bayesian/trust_region.h"
 #include "optimizers/pareto.h"
 
 namespace powdercal {
@@ -141,22 +140,6 @@ TEST(SampleUtilityTest, ChebyshevGainIsOfTheNorm) {
   const double gain = 0.525 - (0.2 + 0.05 * 0.3);
   EXPECT_NEAR(utility->LogGain(0, means, Eigen::Array2d(1, 1), nullptr, nullptr),
               std::log(Softplus(gain / 0.01)), 1e-9);
-}
-
-TEST(TrustRegionTest, GrowsAndShrinks) {
-  const Eigen::VectorXd centre = Eigen::VectorXd::Constant(12, 0.5);
-  const Eigen::VectorXd lengthscales = Eigen::VectorXd::Ones(12);
-  EXPECT_EQ(FindTrustRegion(centre, 10, {}, lengthscales).length, 0.8);
-  EXPECT_EQ(FindTrustRegion(centre, 10, {9, 8, 7}, lengthscales).length, 1.6);
-  EXPECT_EQ(FindTrustRegion(centre, 10, std::vector<double>(12, 11), lengthscales).length, 0.4);
-  // After seven halvings and one more it starts anew.
-  EXPECT_EQ(FindTrustRegion(centre, 10, std::vector<double>(12 * 7, 11), lengthscales).length, 0.8);
-  Eigen::VectorXd uneven = lengthscales;
-  uneven[0] = 4;
-  const TrustRegion region = FindTrustRegion(centre, 10, std::vector<double>(24, 11), uneven);
-  const double geometric = std::pow(4.0, 1.0 / 12);
-  EXPECT_NEAR(region.upper[1] - region.lower[1], 0.2 / geometric, 1e-12);
-  EXPECT_NEAR(region.upper[0] - region.lower[0], 0.8 / geometric, 1e-12);
 }
 
 }  // namespace
