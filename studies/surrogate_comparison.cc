@@ -141,7 +141,8 @@ SurrogateAccuracy Assess(const std::string& name, const KnownEvaluations::Respon
                          const ComparisonOptions& options, int folds) {
   SurrogateAccuracy accuracy{.name = name};
   const SurrogateMaker make = MakerOf(name);
-  const auto& [unused_name, unused_unit, points, values] = response;
+  const Eigen::MatrixXd& points = response.points;
+  const Eigen::VectorXd& values = response.values;
   try {
     const std::unique_ptr<Surrogate> surrogate = make();
     surrogate->Fit(points, values, {});

@@ -45,7 +45,7 @@ KnownEvaluations EvaluationsOf(const Study& study, const StudyResults& results,
 
 struct ComparisonOptions {
   int folds = 5;           ///< ≥ 2; at most as many as there are points are made
-  int repeats = 10;        ///< ≥ 1, partitions of k-fold and of hold-out
+  int repeats = 5;         ///< ≥ 1, partitions of k-fold and of hold-out
   double hold_out = 0.25;  ///< share held out, in (0, 1)
   std::uint64_t seed = 1;  ///< of the partitions
 };

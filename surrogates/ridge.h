@@ -39,6 +39,8 @@ class Ridge final : public Surrogate {
 
   int degree() const { return degree_; }
   double penalty() const { return penalty_; }  ///< λ/n
+  /// Mean squared error by leave-one-out, λ and centre of the terms kept.
+  double leave_one_out_error() const { return least_error_; }
 
  private:
   /// Everything below for the terms of one degree, with the best of the penalties.

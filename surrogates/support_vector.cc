@@ -39,7 +39,12 @@ struct SupportVector::Machine {
     trainer.set_c(cost);
     trainer.set_epsilon_insensitivity(tube);
     trainer.set_epsilon(kSolverTolerance);
-    return {trainer.train(samples, targets)};
+    Machine machine{trainer.train(samples, targets)};
+    // Every constant is optimal that has all values in its tube; the trainer takes an extreme one.
+    if (machine.function.basis_vectors.size() == 0) {
+      machine.function.b = -0.5 * (values.minCoeff() + values.maxCoeff());
+    }
+    return machine;
   }
 };
 

@@ -180,6 +180,7 @@ Eigen::VectorXd TableBackend::ToBox(const Program& program) const {
 Trace TableBackend::Run(const Program& program, const RunContext&) const {
   const auto start = std::chrono::steady_clock::now();
   Trace trace;
+  trace.diagnostics.law = fmt::format("none: {}; no simulation was run", options_.file);
   if (const std::string reason = ExplainUnsupported(program); !reason.empty()) {
     trace.outcome = {Reason::unsupported, reason};
     return trace;
