@@ -16,6 +16,7 @@
 #include "core/random.h"
 #include "core/table.h"
 #include "surrogates/gaussian_process.h"
+#include "surrogates/validation.h"
 
 namespace powdercal {
 namespace {
@@ -126,8 +127,9 @@ nlohmann::json GradientErrors(Kernel kernel) {
 double TableR2(const Data& table, Kernel kernel) {
   GaussianProcess::Options options;
   options.model.kernel = kernel;
-  return LeaveOneOutR2([&] { return std::make_unique<GaussianProcess>(options); }, table.points,
-                       table.values);
+  return LeaveOneOut([&] { return std::make_unique<GaussianProcess>(options); }, table.points,
+                     table.values)
+      .r2;
 }
 
 }  // namespace

@@ -49,6 +49,7 @@ std::string NotEmpty(const std::string& value);
 
 /// Each declares a subcommand; `status` receives what it returns once CLI11 has called it.
 void AddCheck(CLI::App& program, int& status);
+void AddCompare(CLI::App& program, int& status);
 void AddList(CLI::App& program, int& status);
 void AddReport(CLI::App& program, int& status);
 void AddResume(CLI::App& program, int& status);

@@ -17,4 +17,5 @@ write_basic_package_version_file(powdercalConfigVersion.cmake COMPATIBILITY Same
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/powdercalConfig.cmake
               ${CMAKE_CURRENT_BINARY_DIR}/powdercalConfigVersion.cmake
               ${CMAKE_CURRENT_SOURCE_DIR}/cmake/Findudunits2.cmake
+              ${CMAKE_CURRENT_SOURCE_DIR}/cmake/Findxgboost.cmake
         DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/powdercal)

@@ -11,6 +11,7 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "surrogates/fitting.h"
 #include "surrogates/linear_algebra.h"
 
 namespace powdercal {
@@ -121,24 +122,6 @@ std::vector<Eigen::Index> AllRows(Eigen::Index count) {
   return rows;
 }
 
-void CheckData(const Eigen::MatrixXd& points, const Eigen::VectorXd& values,
-               const Eigen::VectorXd& noise_variances) {
-  if (points.rows() == 0 || points.cols() == 0) {
-    throw std::invalid_argument("Gaussian process: no observations");
-  }
-  if (values.size() != points.rows() ||
-      (noise_variances.size() != 0 && noise_variances.size() != points.rows())) {
-    throw std::invalid_argument(fmt::format("Gaussian process: {} points, {} values, {} variances",
-                                            points.rows(), values.size(), noise_variances.size()));
-  }
-  if (!points.allFinite() || !values.allFinite() || !noise_variances.allFinite()) {
-    throw std::invalid_argument("Gaussian process: a point, value or variance is not finite");
-  }
-  if (noise_variances.size() != 0 && noise_variances.minCoeff() < 0) {
-    throw std::invalid_argument("Gaussian process: a variance is negative");
-  }
-}
-
 }  // namespace
 
 GaussianProcess::GaussianProcess(Options options) : options_(std::move(options)) {}
@@ -154,7 +137,7 @@ double GaussianProcess::noise_sd() const {
 
 void GaussianProcess::Fit(const Eigen::MatrixXd& points, const Eigen::VectorXd& values,
                           const Eigen::VectorXd& noise_variances) {
-  CheckData(points, values, noise_variances);
+  CheckObservations(name(), points, values, noise_variances);
   const auto n = static_cast<double>(values.size());
   offset_ = 0;
   scale_ = 1;

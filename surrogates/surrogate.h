@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -14,7 +13,8 @@ struct Prediction {
   double variance = 0;  ///< of the regression function itself, without observation noise
 };
 
-/// A regression of one response on points of the unit box.
+/// A regression of one response on points of the unit box. Hyperparameters are chosen inside Fit;
+/// surrogates/validation.h compares what comes of it.
 class Surrogate {
  public:
   virtual ~Surrogate() = default;
@@ -22,7 +22,8 @@ class Surrogate {
   virtual const std::string& name() const = 0;
 
   /// Fits n observations. points: n × d, entries in [0, 1]; values: n; noise_variances: n, known
-  /// variances of the values (0: unknown; the surrogate may learn a common noise), or empty.
+  /// variances of the values (0: unknown; the surrogate may learn a common noise), or empty; a
+  /// surrogate that has no use for them says so.
   /// Deterministic. Throws std::invalid_argument when sizes disagree or a value is not finite.
   virtual void Fit(const Eigen::MatrixXd& points, const Eigen::VectorXd& values,
                    const Eigen::VectorXd& noise_variances) = 0;
@@ -34,19 +35,10 @@ class Surrogate {
   virtual std::string Describe() const = 0;
 };
 
-/// Names of all surrogates, sorted: gaussian_process.
+/// Names of all surrogates, sorted: gaussian_process, gradient_boosting, nearest_neighbours,
+/// random_forest, ridge, support_vector.
 std::span<const std::string> SurrogateNames();
 /// Throws InputError for an unknown name.
 std::unique_ptr<Surrogate> MakeSurrogate(const std::string& name);
-
-/// Coefficient of determination of the predictions of each point by a fit to all the others
-/// (hyperparameters refitted for each): 1 − Σ (yᵢ − ŷᵢ)² / Σ (yᵢ − ȳ)². Throws
-/// std::invalid_argument for fewer than 3 points and where all values are equal.
-double LeaveOneOutR2(const std::string& surrogate, const Eigen::MatrixXd& points,
-                     const Eigen::VectorXd& values);
-/// The same for a surrogate with options of its own.
-using SurrogateMaker = std::function<std::unique_ptr<Surrogate>()>;
-double LeaveOneOutR2(const SurrogateMaker& make, const Eigen::MatrixXd& points,
-                     const Eigen::VectorXd& values);
 
 }  // namespace powdercal

@@ -10,6 +10,7 @@
 #include "core/files.h"
 #include "core/hash.h"
 #include "core/quantity.h"
+#include "surrogates/validation.h"
 
 namespace powdercal {
 namespace {
@@ -54,7 +55,9 @@ std::vector<std::string> WarnOfIgnoredInputs(const BackendProblem& problem, cons
 void TableBackend::Options::Serialize(Archive& archive) {
   archive.Require("file");
   archive.Text("file", file);
-  archive.Choice("surrogate", surrogate, "surrogate", SurrogateNames());
+  std::vector<std::string> valid(SurrogateNames().begin(), SurrogateNames().end());
+  valid.insert(valid.begin(), kBest);  // stays sorted
+  archive.Choice("surrogate", surrogate, "surrogate", valid);
 }
 
 const std::string& TableBackend::name() const {
@@ -81,14 +84,27 @@ std::vector<std::string> TableBackend::Prepare(const BackendProblem& problem) {
   std::vector<std::string> warnings = FindBox(problem, table);
   FitResponses(problem, table);
 
-  std::string key = Sha256(text) + "\n" + options_.surrogate;
-  for (const auto& p : box_)
-    key += fmt::format("\n{} [{}] {} {}", p.name, p.unit, p.lower, p.upper);
-  fingerprint_ = Sha256(key);
+  fingerprint_ = FingerprintOf(text);
 
   const std::vector<std::string> ignored = WarnOfIgnoredInputs(problem, table);
   warnings.insert(warnings.end(), ignored.begin(), ignored.end());
   return warnings;
+}
+
+std::string TableBackend::FingerprintOf(const std::string& text) const {
+  std::string key = Sha256(text) + "\n" + options_.surrogate;
+  if (options_.surrogate == kBest) key += "\n" + Describe();
+  for (const auto& p : box_)
+    key += fmt::format("\n{} [{}] {} {}", p.name, p.unit, p.lower, p.upper);
+  return Sha256(key);
+}
+
+std::string TableBackend::Describe() const {
+  std::vector<std::string> parts;
+  for (const auto& [response, surrogate] : responses_) {
+    parts.push_back(response + " by " + surrogate->name());
+  }
+  return JoinNames(parts);
 }
 
 std::vector<std::string> TableBackend::FindBox(const BackendProblem& problem, const Table& table) {
@@ -126,8 +142,10 @@ void TableBackend::FitResponses(const BackendProblem& problem, const Table& tabl
   responses_.clear();
   for (const auto& response : problem.responses) {
     const std::vector<double>& values = table.Get(response.name, response.unit).values;
-    auto surrogate = MakeSurrogate(options_.surrogate);
-    surrogate->Fit(points, Eigen::Map<const Eigen::VectorXd>(values.data(), rows), {});
+    const Eigen::VectorXd column = Eigen::Map<const Eigen::VectorXd>(values.data(), rows);
+    auto surrogate = MakeSurrogate(options_.surrogate == kBest ? SelectBest(points, column).name
+                                                               : options_.surrogate);
+    surrogate->Fit(points, column, {});
     responses_[response.name] = std::move(surrogate);
   }
 }
@@ -162,22 +180,27 @@ Eigen::VectorXd TableBackend::ToBox(const Program& program) const {
 Trace TableBackend::Run(const Program& program, const RunContext&) const {
   const auto start = std::chrono::steady_clock::now();
   Trace trace;
-  trace.diagnostics.law =
-      fmt::format("none: surrogate of {}; no simulation was run", options_.file);
+  trace.diagnostics.law = fmt::format("none: {}; no simulation was run", options_.file);
   if (const std::string reason = ExplainUnsupported(program); !reason.empty()) {
     trace.outcome = {Reason::unsupported, reason};
     return trace;
   }
   const Eigen::VectorXd point = ToBox(program);
   const std::string prefix = program.experiment + ".";
+  std::vector<std::string> used;
   for (const auto& [name, surrogate] : responses_) {
     if (!name.starts_with(prefix)) continue;
+    if (std::find(used.begin(), used.end(), surrogate->name()) == used.end()) {
+      used.push_back(surrogate->name());
+    }
     const Prediction prediction = surrogate->Predict(point);
     const std::string response = name.substr(prefix.size());
     trace.reported[response] = {.value = prediction.mean, .variance = 0};
     trace.diagnostics.figures[response + ".surrogate_sd"] =
         std::sqrt(std::max(0.0, prediction.variance));
   }
+  trace.diagnostics.law =
+      fmt::format("none: {} of {}; no simulation was run", JoinNames(used), options_.file);
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
   trace.diagnostics.wall_seconds = wall.count();
   return trace;

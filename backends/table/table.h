@@ -21,17 +21,20 @@ namespace powdercal {
 ///
 ///   cohesion_energy_density [J/m3],rolling_friction,consolidation.void_ratio
 ///
-/// Each response has its own surrogate. Its inputs are the parameters, mapped linearly (also those
-/// that the study searches on a log scale) onto [0, 1] from the smallest box that holds the study's
-/// ranges and all rows. A run reports the surrogate's mean with variance 0, since a table is free
-/// of noise; the surrogate's own standard deviation is the diagnostic figure
+/// Each response has its own surrogate; `surrogate: best` takes for each the one that SelectBest()
+/// (surrogates/validation.h) finds on its column. Its inputs are the parameters, mapped linearly
+/// (also those that the study searches on a log scale) onto [0, 1] from the smallest box that holds
+/// the study's ranges and all rows. A run reports the surrogate's mean with variance 0, since a
+/// table is free of noise; the surrogate's own standard deviation is the diagnostic figure
 /// "RESPONSE.surrogate_sd". A program is known by its parameters and its experiment alone: size,
 /// seed and law have no effect.
 class TableBackend final : public Backend {
  public:
+  static constexpr const char* kBest = "best";
+
   struct Options {
-    std::string file;  ///< CSV; relative to the study file's folder
-    std::string surrogate = "gaussian_process";
+    std::string file;                            ///< CSV; relative to the study file's folder
+    std::string surrogate = "gaussian_process";  ///< a name, or kBest
 
     void Serialize(Archive& archive);
   };
@@ -49,13 +52,17 @@ class TableBackend final : public Backend {
   /// a tenth of the data's own range, and of input columns that vary but are not free in the study.
   std::vector<std::string> Prepare(const BackendProblem& problem) override;
 
-  /// SHA-256 of the file's bytes, the surrogate's name, the parameters and the box.
+  /// SHA-256 of the file's bytes, the surrogate's name (`best`: of each response), the parameters
+  /// and the box.
   std::string Fingerprint() const override { return fingerprint_; }
+  /// Once prepared: "consolidation.void_ratio by gaussian_process".
+  std::string Describe() const override;
   std::string ExplainUnsupported(const Program& program) const override;
   Trace Run(const Program& program, const RunContext& context) const override;
 
  private:
   std::vector<std::string> FindBox(const BackendProblem& problem, const Table& table);
+  std::string FingerprintOf(const std::string& text) const;
   void FitResponses(const BackendProblem& problem, const Table& table);
   Eigen::VectorXd ToBox(const Program& program) const;
 

@@ -79,7 +79,7 @@ TEST_F(TableBackendTest, ReportsTheSurrogateAndSaysSo) {
   EXPECT_EQ(backend.ExplainUnsupported(program_), "");
   const Trace trace = backend.Run(program_, {});
   EXPECT_TRUE(trace.outcome.ok());
-  EXPECT_EQ(trace.diagnostics.law, "none: surrogate of t.csv; no simulation was run");
+  EXPECT_EQ(trace.diagnostics.law, "none: gaussian_process of t.csv; no simulation was run");
   ASSERT_EQ(trace.reported.size(), 1u);
   EXPECT_NEAR(trace.reported.at("void_ratio").value, TrueVoidRatio(4e4, 0.3), 0.005);
   EXPECT_EQ(trace.reported.at("void_ratio").variance, 0);
@@ -107,6 +107,32 @@ TEST_F(TableBackendTest, ReadsItsOptionsFromTheStudy) {
   EXPECT_EQ(backend.ExplainUnsupported(program_), "");
   EXPECT_EQ(WriteYaml([&](Archive& archive) { backend.Serialize(archive); }),
             "file: t.csv\nsurrogate: gaussian_process\n");
+}
+
+TEST_F(TableBackendTest, AnswersFromTheSurrogateThatTheStudyNames) {
+  Write(GridCsv());
+  TableBackend forest({.file = "t.csv", .surrogate = "random_forest"});
+  TableBackend process({.file = "t.csv"});
+  forest.Prepare(problem_);
+  process.Prepare(problem_);
+  EXPECT_EQ(forest.Describe(), "consolidation.void_ratio by random_forest");
+  EXPECT_NE(forest.Fingerprint(), process.Fingerprint());
+  const Trace trace = forest.Run(program_, {});
+  EXPECT_EQ(trace.diagnostics.law, "none: random_forest of t.csv; no simulation was run");
+  EXPECT_NEAR(trace.reported.at("void_ratio").value, TrueVoidRatio(4e4, 0.3), 0.2);
+}
+
+TEST_F(TableBackendTest, BestIsChosenForEachResponse) {
+  Write(GridCsv());
+  problem_.responses.push_back({"shear.cohesion", "Pa"});
+  TableBackend backend({.file = "t.csv", .surrogate = TableBackend::kBest});
+  EXPECT_EQ(backend.Describe(), "");
+  backend.Prepare(problem_);
+  // The table is linear in its parameters.
+  EXPECT_EQ(backend.Describe(), "consolidation.void_ratio by ridge, shear.cohesion by ridge");
+  const Trace trace = backend.Run(program_, {});
+  EXPECT_NEAR(trace.reported.at("void_ratio").value, TrueVoidRatio(4e4, 0.3), 1e-4);
+  EXPECT_EQ(trace.diagnostics.law, "none: ridge of t.csv; no simulation was run");
 }
 
 TEST_F(TableBackendTest, NeedsAFileAndAKnownSurrogate) {

@@ -17,7 +17,8 @@ TEST(Check, PrintsStudyPlanGroupsAndCostAndStartsNothing) {
   EXPECT_EQ(result.exit_status, 0);
   EXPECT_EQ(result.error, "");
   for (const char* piece :
-       {"# resolved study", "density: 8220 kg/m3", "# plan", "backend: table", "# scaling 'given'",
+       {"# resolved study", "density: 8220 kg/m3", "# plan",
+        "backend: table 1 (consolidation.void_ratio by gaussian_process)", "# scaling 'given'",
         "consolidation at k = ", "# cost", "no simulation was run", "ready to run"}) {
     EXPECT_THAT(result.output, HasSubstr(piece));
   }
