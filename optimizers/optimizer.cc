@@ -8,6 +8,7 @@
 #include "core/errors.h"
 #include "optimizers/bayesian/bayesian.h"
 #include "optimizers/designs/design_optimizer.h"
+#include "optimizers/least_squares/least_squares.h"
 #include "optimizers/random_search.h"
 
 namespace powdercal {
@@ -20,11 +21,12 @@ struct Entry {
   Maker make;
 };
 
-constexpr std::array<Entry, 7> kOptimizers = {{
+constexpr std::array<Entry, 8> kOptimizers = {{
     {"bayesian", [](const std::string&) { return MakeBayesianFactory(); }},
     {"corners_and_centre", MakeDesignFactory},
     {"grid", MakeDesignFactory},
     {"latin_hypercube", MakeDesignFactory},
+    {"least_squares", [](const std::string&) { return MakeLeastSquaresFactory(); }},
     {"list", MakeDesignFactory},
     {"random", [](const std::string&) { return MakeRandomSearchFactory(); }},
     {"sobol", MakeDesignFactory},
