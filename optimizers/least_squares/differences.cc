@@ -8,8 +8,6 @@
 namespace powdercal {
 namespace {
 
-// Digits that responses which are told without a variance are trusted to.
-constexpr double kDigits = 1e-10;
 // A response that varies by its standard deviation S as A sin(x/l), A = √2 S, with l = 0.3.
 constexpr double kCurvatureOfSpread = 1.41421356 / (0.3 * 0.3);
 
@@ -102,7 +100,8 @@ std::vector<Column> OtherSides(const Eigen::VectorXd& x, const std::vector<Colum
 
 }  // namespace
 
-StepRule::StepRule(const Residuals& residuals, const Observations& observations, int dimension) {
+StepRule::StepRule(const Residuals& residuals, const Observations& observations, int dimension,
+                   double precision) {
   Eigen::ArrayXd sum = Eigen::ArrayXd::Zero(residuals.size());
   Eigen::ArrayXd squares = sum;
   Eigen::ArrayXd largest = sum;
@@ -118,8 +117,10 @@ StepRule::StepRule(const Residuals& residuals, const Observations& observations,
   double digits = 0;
   if (count > 0) {
     spread = std::sqrt((squares - sum.square() / count).max(0).sum() / std::max(count - 1, 1.0));
-    digits = kDigits * largest.matrix().norm();
+    digits = precision * largest.matrix().norm();
   }
+  // One point, or all alike: their distance from the targets is the only scale.
+  if (!(spread > 0) && count > 0) spread = std::sqrt(squares.sum() / count);
   if (!(spread > 0)) spread = 1;
   noise = residuals.noise.norm();
   noisy = noise > digits;

@@ -23,9 +23,10 @@ struct StepRule {
   double spread = 0;            ///< > 0; √Σ_j var ρ_j over the box
   std::optional<double> fixed;  ///< the user's step
 
-  /// Before anything else is known: σ_j as told, or 1e-10 of the size of the responses; curvature
-  /// such that the residuals vary by `spread` over a few tenths of the box.
-  StepRule(const Residuals& residuals, const Observations& observations, int dimension);
+  /// Before anything else is known: σ_j as told, or `precision` times the size of the responses;
+  /// curvature such that the residuals vary by `spread` over a few tenths of the box.
+  StepRule(const Residuals& residuals, const Observations& observations, int dimension,
+           double precision);
 
   /// Step of a one-sided difference with the least expected error,
   ///   h = 8^¼ (σ/|f''|)^½   (Moré & Wild 2012, eq. 1.2), within [1e-8, 0.2] of the box.

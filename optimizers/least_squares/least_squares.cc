@@ -183,7 +183,7 @@ void LeastSquares::Minimise(BlockingSolver::Channel& channel) {
     if (near) continue;
     Residuals residuals(objectives_, observations_);
     residuals.Restrict(start);
-    StepRule rule(residuals, observations_, space_.dimension());
+    StepRule rule(residuals, observations_, space_.dimension(), options_.precision);
     rule.fixed = options_.step;
     const LocalSearchEnd end = SearchLocally(
         {.tolerance = options_.tolerance, .symbols = symbols_}, residuals, rule, evaluate, start);
@@ -275,6 +275,7 @@ void LeastSquaresOptions::Serialize(Archive& archive, const SearchSpace& space) 
   initial_design.SerializeSection(archive, "initial_design", space);
   archive.Integer("starts", starts, {.lower = 1, .upper = 1000});
   archive.Number("tolerance", tolerance, {.lower = 0, .upper = 0.1, .lower_open = true});
+  archive.Number("precision", precision, {.lower = 1e-16, .upper = 0.01});
   archive.Quantity("step", step, "1", {.lower = 1e-8, .upper = 0.5});
 }
 

@@ -14,6 +14,8 @@ struct LeastSquaresOptions {
   DesignOptions initial_design{.name = "sobol"};
   int starts = 5;           ///< searches, 1 … 1000; no more than there are initial points
   double tolerance = 1e-8;  ///< of χ², relative: where a search has converged, in (0, 0.1]
+  /// To which responses without known variance can be trusted, relative, [1e-16, 0.01].
+  double precision = 1e-8;
   /// Of the finite differences, in the unit box, [1e-8, 0.5]; empty: by the noise (StepRule).
   std::optional<double> step;
 

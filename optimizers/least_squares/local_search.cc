@@ -14,8 +14,8 @@ namespace {
 constexpr double kInitialRadius = 1e2;
 // A step whose residuals were predicted to this part of their change: no new stencil.
 constexpr double kGoodPrediction = 0.3;
-constexpr int kRejections = 7;  // in a row, of steps from a stencil
-constexpr int kNoisyRejections = 3;
+constexpr int kRejections = 3;  // in a row, of steps from a stencil
+constexpr int kSureRejections = 7;  // of steps from a central one, which has been confirmed
 // Two Jacobians agree where their columns differ by less than this part.
 constexpr double kAgreement = 0.25;
 // Slopes across the box, in units of the spread, that are looked at twice.
@@ -38,11 +38,11 @@ class Search {
   class Watch;
 
   bool ValueAt(const Eigen::VectorXd& x, Eigen::VectorXd* rho);
-  bool MoveTo(const Eigen::VectorXd& x, const Eigen::VectorXd& rho);
+  void MoveTo(const Eigen::VectorXd& x, const Eigen::VectorXd& rho);
   bool TakeStencil();
   std::optional<DifferenceJacobian> Stencil(Scheme scheme, double factor);
   bool LookForNoise();
-  bool Verify();
+  bool Verify(bool noise_excluded);
   bool IsSteep() const;
   bool Agree(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) const;
   Eigen::MatrixXd Projected() const;
@@ -86,7 +86,7 @@ class Search::Cost final : public ceres::CostFunction {
     if (!search_->ValueAt(x, &rho)) return false;
     Eigen::Map<Eigen::VectorXd>(residuals, rho.size()) = rho;
     if (jacobians == nullptr || jacobians[0] == nullptr) return true;
-    if (!search_->MoveTo(x, rho)) return false;
+    search_->MoveTo(x, rho);
     using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
     Eigen::Map<RowMajor>(jacobians[0], rho.size(), x.size()) = search_->Projected();
     return true;
@@ -129,10 +129,10 @@ bool Search::ValueAt(const Eigen::VectorXd& x, Eigen::VectorXd* rho) {
   return trial_rho_.size() > 0;
 }
 
-// The point has been accepted.
-bool Search::MoveTo(const Eigen::VectorXd& x, const Eigen::VectorXd& rho) {
+// The point has been accepted. Cancelled: the Jacobian stays, and the callback ends the search.
+void Search::MoveTo(const Eigen::VectorXd& x, const Eigen::VectorXd& rho) {
   const Eigen::VectorXd step = x - x_;
-  if (step.squaredNorm() == 0) return !cancelled_;
+  if (step.squaredNorm() == 0) return;
   const Eigen::VectorXd change = rho - rho_;
   const Eigen::VectorXd error = change - jacobian_ * step;
   x_ = x;
@@ -140,9 +140,9 @@ bool Search::MoveTo(const Eigen::VectorXd& x, const Eigen::VectorXd& rho) {
   if (error.norm() <= kGoodPrediction * change.norm() || Matched()) {
     jacobian_ += error * step.transpose() / step.squaredNorm();
     fresh_ = false;
-    return true;
+  } else {
+    TakeStencil();
   }
-  return TakeStencil();
 }
 
 std::optional<DifferenceJacobian> Search::Stencil(Scheme scheme, double factor) {
@@ -199,17 +199,20 @@ bool Search::LookForNoise() {
 }
 
 // Confirms the one-sided stencil, which is fresh, by a central one, and puts that into its place.
-bool Search::Verify() {
+// Curvature may have made them differ: then its steps are shortened.
+bool Search::Verify(bool noise_excluded) {
   for (int i = 0; i < kRefinements; ++i) {
     auto central = Stencil(Scheme::central, 1);
     if (!central) return false;
     const bool agree = Agree(stencil_.values, central->values);
-    if (!agree && i == 0) {
+    if (!agree && i == 0 && !noise_excluded) {
       if (!LookForNoise()) return false;
       if (rule_.noisy) return true;
     }
-    rule_.curvature = agree ? rule_.curvature : rule_.curvature.max(central->curvature);
-    if (!agree && i + 1 < kRefinements) continue;
+    if (!agree && i + 1 < kRefinements) {
+      rule_.curvature = rule_.curvature.max(central->curvature);
+      continue;
+    }
     stencil_ = std::move(*central);
     jacobian_ = stencil_.values;
     scheme_ = Scheme::central;
@@ -244,7 +247,7 @@ ceres::CallbackReturnType Search::After(const ceres::IterationSummary& summary) 
     return ceres::SOLVER_CONTINUE;
   }
   ++rejections_;
-  stalled_ = fresh_ && rejections_ >= (rule_.noisy ? kNoisyRejections : kRejections);
+  stalled_ = fresh_ && rejections_ >= (scheme_ == Scheme::central ? kSureRejections : kRejections);
   return stalled_ || !fresh_ ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
 }
 
@@ -298,7 +301,9 @@ LocalSearchEnd Search::Run(const Observation& start) {
     } else if (over || rule_.noisy || rule_.fixed || scheme_ == Scheme::central) {
       break;
     } else {
-      on = Verify();
+      // Where steps of a stencil do not hold what it promised, noise is likely.
+      if (stalled_) on = LookForNoise();
+      if (on && !rule_.noisy) on = Verify(stalled_);
       radius_ = kInitialRadius;
     }
   }
