@@ -9,6 +9,7 @@
 #include "optimizers/bayesian/bayesian.h"
 #include "optimizers/designs/design_optimizer.h"
 #include "optimizers/least_squares/least_squares.h"
+#include "optimizers/least_squares/surrogate_lm.h"
 #include "optimizers/random_search.h"
 
 namespace powdercal {
@@ -21,7 +22,7 @@ struct Entry {
   Maker make;
 };
 
-constexpr std::array<Entry, 8> kOptimizers = {{
+constexpr std::array<Entry, 9> kOptimizers = {{
     {"bayesian", [](const std::string&) { return MakeBayesianFactory(); }},
     {"corners_and_centre", MakeDesignFactory},
     {"grid", MakeDesignFactory},
@@ -30,6 +31,7 @@ constexpr std::array<Entry, 8> kOptimizers = {{
     {"list", MakeDesignFactory},
     {"random", [](const std::string&) { return MakeRandomSearchFactory(); }},
     {"sobol", MakeDesignFactory},
+    {"surrogate_lm", [](const std::string&) { return MakeSurrogateLmFactory(); }},
 }};
 
 // SI value at u in [0, 1], and back.

@@ -1,17 +1,15 @@
 #include "optimizers/least_squares/local_search.h"
 
-#include <ceres/ceres.h>
-
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <utility>
+
+#include "optimizers/least_squares/bounded_lm.h"
 
 namespace powdercal {
 namespace {
 
-// Of the trust region, Ceres' meaning (1/radius is Marquardt's λ on normalised columns).
-constexpr double kInitialRadius = 1e2;
+constexpr double kInitialRadius = 1e2;  // see BoundedLmOptions
 // A step whose residuals were predicted to this part of their change: no new stencil.
 constexpr double kGoodPrediction = 0.3;
 constexpr int kRejections = 3;  // in a row, of steps from a stencil
@@ -34,9 +32,6 @@ class Search {
   LocalSearchEnd Run(const Observation& start);
 
  private:
-  class Cost;
-  class Watch;
-
   bool ValueAt(const Eigen::VectorXd& x, Eigen::VectorXd* rho);
   void MoveTo(const Eigen::VectorXd& x, const Eigen::VectorXd& rho);
   bool TakeStencil();
@@ -45,7 +40,6 @@ class Search {
   bool Verify(bool noise_excluded);
   bool IsSteep() const;
   bool Agree(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) const;
-  Eigen::MatrixXd Projected() const;
   bool Matched() const;
   ceres::CallbackReturnType After(const ceres::IterationSummary& summary);
   void Solve();
@@ -70,41 +64,6 @@ class Search {
   bool noise_found_ = false;
   bool cancelled_ = false;
   bool stalled_ = false;
-};
-
-class Search::Cost final : public ceres::CostFunction {
- public:
-  explicit Cost(Search* search) : search_(search) {
-    set_num_residuals(static_cast<int>(search->residuals_.size()));
-    mutable_parameter_block_sizes()->push_back(static_cast<int>(search->x_.size()));
-  }
-  bool Evaluate(double const* const* parameters, double* residuals,
-                double** jacobians) const override {
-    const Eigen::VectorXd x =
-        Eigen::Map<const Eigen::VectorXd>(parameters[0], search_->x_.size());
-    Eigen::VectorXd rho;
-    if (!search_->ValueAt(x, &rho)) return false;
-    Eigen::Map<Eigen::VectorXd>(residuals, rho.size()) = rho;
-    if (jacobians == nullptr || jacobians[0] == nullptr) return true;
-    search_->MoveTo(x, rho);
-    using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-    Eigen::Map<RowMajor>(jacobians[0], rho.size(), x.size()) = search_->Projected();
-    return true;
-  }
-
- private:
-  Search* search_;
-};
-
-class Search::Watch final : public ceres::IterationCallback {
- public:
-  explicit Watch(Search* search) : search_(search) {}
-  ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
-    return search_->After(summary);
-  }
-
- private:
-  Search* search_;
 };
 
 bool Search::ValueAt(const Eigen::VectorXd& x, Eigen::VectorXd* rho) {
@@ -221,17 +180,6 @@ bool Search::Verify(bool noise_excluded) {
   return true;
 }
 
-Eigen::MatrixXd Search::Projected() const {
-  Eigen::MatrixXd projected = jacobian_;
-  const Eigen::VectorXd gradient = jacobian_.transpose() * rho_;
-  for (Eigen::Index k = 0; k < x_.size(); ++k) {
-    if ((x_[k] <= 0 && gradient[k] > 0) || (x_[k] >= 1 && gradient[k] < 0)) {
-      projected.col(k).setZero();
-    }
-  }
-  return projected;
-}
-
 bool Search::Matched() const {
   const Eigen::ArrayXd targets = residuals_.targets.array() / residuals_.scales.array();
   return (rho_.array().abs() <= kMatched * targets.abs().max(1)).all();
@@ -252,35 +200,24 @@ ceres::CallbackReturnType Search::After(const ceres::IterationSummary& summary) 
 }
 
 void Search::Solve() {
-  Cost cost(this);
-  Watch watch(this);
-  Eigen::VectorXd x = x_;
-  ceres::Problem::Options ownership;
-  ownership.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  ceres::Problem problem(ownership);
-  problem.AddResidualBlock(&cost, nullptr, x.data());
-  for (int k = 0; k < static_cast<int>(x.size()); ++k) {
-    problem.SetParameterLowerBound(x.data(), k, 0);
-    problem.SetParameterUpperBound(x.data(), k, 1);
-  }
-  ceres::Solver::Options options;
-  options.minimizer_type = ceres::TRUST_REGION;
-  options.trust_region_strategy_type = ceres::LEVENBERG_MARQUARDT;
-  options.linear_solver_type = ceres::DENSE_QR;
-  options.initial_trust_region_radius = radius_;
-  options.max_num_iterations = options_.max_iterations - iterations_;
-  // Its line search along the bounds would ask for Jacobians at trial points.
-  options.max_num_line_search_step_size_iterations = 0;
-  options.function_tolerance = options_.tolerance;
-  options.gradient_tolerance = 1e-14;
-  options.parameter_tolerance = 1e-12;
-  options.num_threads = 1;
-  options.logging_type = ceres::SILENT;
-  options.callbacks.push_back(&watch);
   rejections_ = 0;
   stalled_ = false;
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem, &summary);
+  const auto function = [&](const Eigen::VectorXd& x, Eigen::VectorXd* rho,
+                            Eigen::MatrixXd* jacobian) {
+    if (!ValueAt(x, rho)) return false;
+    if (jacobian != nullptr) {
+      MoveTo(x, *rho);
+      *jacobian = jacobian_;
+    }
+    return true;
+  };
+  Eigen::VectorXd x = x_;
+  LevenbergMarquardt(function, static_cast<int>(residuals_.size()),
+                     {.initial_radius = radius_,
+                      .tolerance = options_.tolerance,
+                      .max_iterations = options_.max_iterations - iterations_,
+                      .after_iteration = [&](const auto& summary) { return After(summary); }},
+                     &x);
 }
 
 LocalSearchEnd Search::Run(const Observation& start) {
