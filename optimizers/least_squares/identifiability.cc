@@ -11,9 +11,9 @@
 namespace powdercal {
 namespace {
 
-constexpr double kFlat = 0.1;    // √ of the change of χ² across the box
+constexpr double kFlat = 0.1;  // √ of the change of χ² across the box
 constexpr double kAtBound = 1e-9;
-constexpr double kNamed = 0.1;   // least part of a direction that is worth its name
+constexpr double kNamed = 0.1;  // least part of a direction that is worth its name
 
 std::string DescribeDirection(const Eigen::VectorXd& direction,
                               const std::vector<std::string>& symbols) {

@@ -63,7 +63,7 @@ class LeastSquares final : public Optimizer {
   std::map<std::int64_t, std::int64_t> tickets_;  // by id
   Observations observations_;
   int searches_ = 0;
-  double lowest_ = 0;  // chi² of the best search
+  double lowest_ = 0;     // chi² of the best search
   std::string findings_;  // of the best search
   std::string message_;
   std::unique_ptr<BlockingSolver> solver_;  // the last member: its thread uses the others
@@ -185,8 +185,8 @@ void LeastSquares::Minimise(BlockingSolver::Channel& channel) {
     residuals.Restrict(start);
     StepRule rule(residuals, observations_, space_.dimension(), options_.precision);
     rule.fixed = options_.step;
-    const LocalSearchEnd end = SearchLocally(
-        {.tolerance = options_.tolerance, .symbols = symbols_}, residuals, rule, evaluate, start);
+    const LocalSearchEnd end = SearchLocally({.tolerance = options_.tolerance, .symbols = symbols_},
+                                             residuals, rule, evaluate, start);
     if (end.reason == LocalSearchEnd::Reason::cancelled) return;
     Report(end, residuals);
     ends.push_back(end.point);
@@ -194,8 +194,8 @@ void LeastSquares::Minimise(BlockingSolver::Channel& channel) {
     if (all && end.residuals.cwiseAbs().maxCoeff() < kNothingLeft) break;
   }
   if (searches_ == 0) {
-    message_ = fmt::format("no search could start: all {} evaluations have failed",
-                           observations_.size());
+    message_ =
+        fmt::format("no search could start: all {} evaluations have failed", observations_.size());
   }
 }
 
@@ -220,8 +220,8 @@ void LeastSquares::Report(const LocalSearchEnd& end, const Residuals& residuals)
     }
     if (end.reason == Reason::exhausted) findings_ += "; ended by the limit of iterations";
     if (end.noise_found) {
-      findings_ += fmt::format("; the responses scatter or jump (about {:.2g} standard deviations)",
-                               each);
+      findings_ +=
+          fmt::format("; the responses scatter or jump (about {:.2g} standard deviations)", each);
     }
     for (const Eigen::Index k : end.jacobian.dropped) {
       findings_ += fmt::format("; evaluations on both sides in {} have failed",
@@ -242,8 +242,8 @@ std::string LeastSquares::MissingResponses() const {
           return !item.second.failed && std::isnan(item.second.responses[index]);
         });
     if (count == 0) continue;
-    text += fmt::format("; {} was missing in {} evaluations", objectives_.targets[j].response,
-                        count);
+    text +=
+        fmt::format("; {} was missing in {} evaluations", objectives_.targets[j].response, count);
   }
   return text;
 }

@@ -12,7 +12,7 @@ namespace {
 constexpr double kInitialRadius = 1e2;  // see BoundedLmOptions
 // A step whose residuals were predicted to this part of their change: no new stencil.
 constexpr double kGoodPrediction = 0.3;
-constexpr int kRejections = 3;  // in a row, of steps from a stencil
+constexpr int kRejections = 3;      // in a row, of steps from a stencil
 constexpr int kSureRejections = 7;  // of steps from a central one, which has been confirmed
 // Two Jacobians agree where their columns differ by less than this part.
 constexpr double kAgreement = 0.25;
@@ -109,8 +109,7 @@ std::optional<DifferenceJacobian> Search::Stencil(Scheme scheme, double factor) 
   for (Eigen::Index k = 0; k < x_.size(); ++k) {
     steps[k] = factor * (scheme == Scheme::central ? rule_.Central(k) : rule_.OneSided(k));
   }
-  auto stencil =
-      Differences(x_, rho_, scheme, steps, residuals_, options_.symbols, evaluate_);
+  auto stencil = Differences(x_, rho_, scheme, steps, residuals_, options_.symbols, evaluate_);
   if (!stencil) cancelled_ = true;
   return stencil;
 }

@@ -9,8 +9,8 @@
 namespace powdercal {
 
 struct LocalSearchOptions {
-  double tolerance = 1e-8;    ///< relative decrease of χ² below which the search has converged, > 0
-  int max_iterations = 1000;  ///< of Levenberg–Marquardt
+  double tolerance = 1e-8;  ///< relative decrease of χ² below which the search has converged, > 0
+  int max_iterations = 1000;         ///< of Levenberg–Marquardt
   std::vector<std::string> symbols;  ///< of the parameters, for the origins of candidates
 };
 

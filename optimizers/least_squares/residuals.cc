@@ -19,12 +19,11 @@ Observation CheckedObservation(std::string_view optimizer, const Observation& ob
       (observation.responses.size() == count &&
        (observation.variances.size() == 0 || observation.variances.size() == count));
   if (observation.point.size() != dimension || !sizes_agree) {
-    throw std::invalid_argument(
-        fmt::format("{}: observation {} has {} parameters, {} responses and {} variances, "
-                    "expected {}, {} and {}",
-                    optimizer, observation.id, observation.point.size(),
-                    observation.responses.size(), observation.variances.size(), dimension, count,
-                    count));
+    throw std::invalid_argument(fmt::format(
+        "{}: observation {} has {} parameters, {} responses and {} variances, "
+        "expected {}, {} and {}",
+        optimizer, observation.id, observation.point.size(), observation.responses.size(),
+        observation.variances.size(), dimension, count, count));
   }
   Observation checked = observation;
   if (checked.failed) return checked;
@@ -46,14 +45,16 @@ std::string ExplainNoLeastSquares(std::string_view optimizer, const SearchSpace&
   for (const Parameter& parameter : space.parameters) {
     if (parameter.levels() == 0) continue;
     return fmt::format(
-        "'{}' has {} values, and {} needs the derivative by every parameter; use random or a design",
+        "'{}' has {} values, and {} needs the derivative by every parameter; use random or a "
+        "design",
         parameter.name, parameter.levels(), optimizer);
   }
   std::set<int> numbers;
   for (const Target& target : objectives.targets) {
     if (target.minimise) {
       return fmt::format(
-          "'{}' is to be as low as possible, and {} matches targets with squared residuals; give it "
+          "'{}' is to be as low as possible, and {} matches targets with squared residuals; give "
+          "it "
           "an observed value, or use random or a design",
           target.response, optimizer);
     }

@@ -164,8 +164,8 @@ void SurrogateLm::Model() {
   Eigen::VectorXd residuals;
   Eigen::MatrixXd jacobian;
   models_->Evaluate(lowest.point, &residuals, &jacobian);
-  const std::string findings = Describe(
-      Identify(lowest.point, jacobian, Eigen::ArrayXd::Zero(dimension_)), symbols_);
+  const std::string findings =
+      Describe(Identify(lowest.point, jacobian, Eigen::ArrayXd::Zero(dimension_)), symbols_);
   message_ = fmt::format("minimum of the model, chi² {:.4g}", lowest.chi2) +
              (findings.empty() ? "" : ": " + findings);
 }

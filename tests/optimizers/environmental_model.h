@@ -48,11 +48,11 @@ inline Eigen::VectorXd EnvironmentalTruth() { return Eigen::Vector4d(10, 0.07, 1
 inline Objectives EnvironmentalObjectives(double sd) {
   Objectives objectives;
   for (const double value : EnvironmentalResponses(EnvironmentalTruth())) {
-    objectives.targets.push_back({.response = "concentration" +
-                                              std::to_string(objectives.targets.size()),
-                                  .unit = "1",
-                                  .value = value,
-                                  .sd = sd});
+    objectives.targets.push_back(
+        {.response = "concentration" + std::to_string(objectives.targets.size()),
+         .unit = "1",
+         .value = value,
+         .sd = sd});
   }
   return objectives;
 }
