@@ -192,7 +192,7 @@ TEST(LeastSquaresTest, AResponseThatIsMissingAtTheStartDoesNotCount) {
     return Eigen::VectorXd(Eigen::Vector3d(two[0], kNaN, two[1]));
   };
   const Outcome outcome = Run(From({0.8, 0.8}), JointTargets({0.48, 7, 0.51}, 0.01), 2, responses);
-  EXPECT_LT((outcome.history.back().point - kTwoAnswer).norm(), 1e-3);
+  EXPECT_LT((outcome.history.back().point - kTwoAnswer).norm(), 0.01);
   EXPECT_THAT(outcome.message, HasSubstr("response1 was missing in"));
 }
 
@@ -234,9 +234,8 @@ TEST(LeastSquaresTest, ReportsParametersAtTheirBounds) {
   EXPECT_THAT(outcome.message, HasSubstr("x0 is at its lower bound; x1 is at its upper bound"));
 }
 
-// At a bound the others go on: with x0 = 0 held, x1 = 0.2 + 0.5 · 0.7/… is found exactly.
 TEST(LeastSquaresTest, GoesOnAlongABound) {
-  // Residuals x0 + 0.3, x0 + x1 − 0.5: at x0 = 0 the best x1 is 0.5.
+  // Residuals x0 + 0.3 and x0 + x1² − 0.25: with x0 = 0 held the best x1 is 0.5.
   const auto responses = [](const Eigen::VectorXd& x) {
     return Eigen::VectorXd(Eigen::Vector2d(x[0], x[0] + x[1] * x[1]));
   };
@@ -287,11 +286,11 @@ TEST(LeastSquaresTest, TheNextStartFollowsWhenOneHasEnded) {
   // Two minima in x0, the lower at 0.8; the best start leads to the other one.
   const auto responses = [](const Eigen::VectorXd& x) {
     const double u = x[0] - 0.2;
-    return Eigen::VectorXd(Eigen::Vector2d(u * (x[0] - 0.8) + 0.1, 0.2 * (0.8 - x[0])));
+    return Eigen::VectorXd(Eigen::Vector2d(u * (x[0] - 0.8) + 0.1, 0.1 * (0.8 - x[0])));
   };
   const Objectives objectives = JointTargets({0.1, 0}, 0.01);
   LeastSquaresOptions options = From({0.25});
-  options.initial_design.list.push_back({0.6});
+  options.initial_design.list.push_back({0.5});
   options.starts = 5;
   const Outcome outcome = Run(options, objectives, 1, responses);
   EXPECT_NEAR(outcome.best[0], 0.8, 1e-6);
@@ -331,10 +330,9 @@ TEST(LeastSquaresTest, CanBeDestroyedAtAnyMoment) {
 TEST(LeastSquaresTest, TellingAgainReplacesAndWakesNobody) {
   const auto optimizer = MakeLeastSquares({}, UnitBox(2), kTwo, 2);
   const std::vector<Observation> history = RunSerially(optimizer.get(), TwoResponses, 8);
-  const std::vector<Candidate> pending = optimizer->Ask(1);
+  optimizer->Ask(100);
   optimizer->Tell(std::span(history).subspan(2, 3));
-  EXPECT_EQ(optimizer->status().phase,
-            optimizer->Ask(1).empty() ? Status::Phase::waiting : Status::Phase::ready);
+  EXPECT_EQ(optimizer->status().phase, Status::Phase::waiting);
   Observation wrong = history[0];
   wrong.responses = Eigen::VectorXd::Zero(3);
   EXPECT_THROW(optimizer->Tell(std::span(&wrong, 1)), std::invalid_argument);
