@@ -259,7 +259,7 @@ Eigen::VectorXd SurrogateLm::UncertainPoint(const Feasibility& feasibility,
   const Eigen::ArrayXd variance =
       models_->ConditionedOn(Rows(pending, dimension_)).Predict(points).variance;
   const double limit = minima_.front().chi2 + 1;
-  // In the valley and likely to succeed; in the valley; the most promising.
+  // In the valley and likely to succeed; the most promising that is likely to; the most promising.
   Eigen::Index best = -1;
   int best_rank = 3;
   double best_value = 0;
@@ -268,8 +268,8 @@ Eigen::VectorXd SurrogateLm::UncertainPoint(const Feasibility& feasibility,
     if (IsTaken(point)) continue;
     const bool in_valley = outlook.optimistic[i] <= limit;
     const bool likely = feasibility.LogProbability(point, nullptr) >= std::log(0.5);
-    const int rank = in_valley ? (likely ? 0 : 1) : 2;
-    const double value = in_valley ? variance[i] : -outlook.optimistic[i];
+    const int rank = likely ? (in_valley ? 0 : 1) : 2;
+    const double value = rank == 0 ? variance[i] : -outlook.optimistic[i];
     if (best < 0 || rank < best_rank || (rank == best_rank && value > best_value)) {
       best = i;
       best_rank = rank;

@@ -29,10 +29,10 @@ struct SurrogateLmOptions {
 ///     minimum, in the shape of the model's valley, and over the box, that with the largest
 ///     Σ_j v_j/s_j² (v_j the posterior variance given the pending points, s_j the weight of the
 ///     residual) among those whose optimistic χ² is at most the lowest χ² + 1.
-/// Points where evaluations are likelier to fail than not (Feasibility) are passed over while
-/// there are others. Without a model the point farthest from all others is proposed. Never waits,
-/// never finishes; status().message says where the lowest minimum is flat, at a bound, or without
-/// an influence of a parameter.
+/// Points where evaluations are likelier to fail than not (Feasibility) are passed over; where that
+/// is the whole valley, the lowest optimistic χ² elsewhere is proposed. Without a model the point
+/// farthest from all others is proposed. Never waits, never finishes; status().message says where
+/// the lowest minimum is flat, at a bound, or without an influence of a parameter.
 std::unique_ptr<Optimizer> MakeSurrogateLm(const SurrogateLmOptions& options,
                                            const SearchSpace& space, const Objectives& objectives,
                                            std::uint64_t seed);

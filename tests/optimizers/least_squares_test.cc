@@ -37,8 +37,8 @@ struct Outcome {
 };
 
 // A vector of the wrong size is a failure; the answer is the point of the lowest chi².
-Outcome Run(const LeastSquaresOptions& options, const Objectives& objectives, int dimension,
-            const Responses& responses, int evaluations = 200) {
+Outcome Minimise(const LeastSquaresOptions& options, const Objectives& objectives, int dimension,
+                 const Responses& responses, int evaluations = 200) {
   const auto optimizer = MakeLeastSquares(options, UnitBox(dimension), objectives, 1);
   Outcome outcome{.history = RunSerially(optimizer.get(), responses, evaluations), .best = {}};
   double lowest = std::numeric_limits<double>::infinity();
@@ -112,7 +112,7 @@ TEST(LeastSquaresTest, DesignThenAStencilAsOneBatchThenOneStep) {
 }
 
 TEST(LeastSquaresTest, StencilsAreReflectedAtBounds) {
-  const Outcome outcome = Run(From({1, 0}), kTwo, 2, TwoResponses);
+  const Outcome outcome = Minimise(From({1, 0}), kTwo, 2, TwoResponses);
   for (const Observation& observation : outcome.history) {
     EXPECT_GE(observation.point.minCoeff(), 0);
     EXPECT_LE(observation.point.maxCoeff(), 1);
@@ -157,7 +157,7 @@ TEST(LeastSquaresTest, AFailedStepIsRejected) {
     return Eigen::VectorXd(Eigen::Vector2d(std::log(x[0]), x[1]));
   };
   const Objectives objectives = JointTargets({std::log(0.3), 0.6}, 0.01);
-  const Outcome outcome = Run(From({0.95, 0.1}), objectives, 2, responses);
+  const Outcome outcome = Minimise(From({0.95, 0.1}), objectives, 2, responses);
   EXPECT_TRUE(std::any_of(outcome.history.begin(), outcome.history.end(),
                           [](const Observation& observation) { return observation.failed; }));
   EXPECT_LT((outcome.best - kTwoAnswer).norm(), 1e-6);
@@ -167,7 +167,7 @@ TEST(LeastSquaresTest, AFailedStencilPointIsTriedOnTheOtherSide) {
   const auto responses = [](const Eigen::VectorXd& x) {
     return x[0] > 0.5 ? Eigen::VectorXd() : TwoResponses(x);
   };
-  const Outcome outcome = Run(From({0.5, 0.5}), kTwo, 2, responses);
+  const Outcome outcome = Minimise(From({0.5, 0.5}), kTwo, 2, responses);
   EXPECT_TRUE(outcome.history[1].failed);
   EXPECT_LT(outcome.history[3].point[0], 0.5);
   EXPECT_EQ(outcome.history[3].point[1], 0.5);
@@ -179,7 +179,7 @@ TEST(LeastSquaresTest, AColumnWithoutValuesIsDroppedAndReported) {
     return x[0] != 0.5 ? Eigen::VectorXd() : TwoResponses(x);
   };
   // With x0 = 0.5 chi² is lowest where 2 (0.5 x1² + 0.02) x1 + 2 (x1 − 0.66) = 0.
-  const Outcome outcome = Run(From({0.5, 0.9}), kTwo, 2, responses);
+  const Outcome outcome = Minimise(From({0.5, 0.9}), kTwo, 2, responses);
   EXPECT_EQ(outcome.best[0], 0.5);
   const double x1 = outcome.best[1];
   EXPECT_NEAR((0.5 * x1 * x1 + 0.02) * x1 + x1 - 0.66, 0, 1e-4);
@@ -191,7 +191,8 @@ TEST(LeastSquaresTest, AResponseThatIsMissingAtTheStartDoesNotCount) {
     const Eigen::VectorXd two = TwoResponses(x);
     return Eigen::VectorXd(Eigen::Vector3d(two[0], kNaN, two[1]));
   };
-  const Outcome outcome = Run(From({0.8, 0.8}), JointTargets({0.48, 7, 0.51}, 0.01), 2, responses);
+  const Outcome outcome =
+      Minimise(From({0.8, 0.8}), JointTargets({0.48, 7, 0.51}, 0.01), 2, responses);
   EXPECT_LT((outcome.history.back().point - kTwoAnswer).norm(), 0.01);
   EXPECT_THAT(outcome.message, HasSubstr("response1 was missing in"));
 }
@@ -204,13 +205,13 @@ TEST(LeastSquaresTest, AStartWithAllResponsesComesFirst) {
   };
   LeastSquaresOptions options = From({0.05, 0.6});
   options.initial_design.list.push_back({0.9, 0.1});
-  const Outcome outcome = Run(options, kTwo, 2, responses, 5);
+  const Outcome outcome = Minimise(options, kTwo, 2, responses, 5);
   EXPECT_GT(outcome.history[2].point[0], 0.8);  // the stencil
 }
 
 TEST(LeastSquaresTest, ReportsADeadParameter) {
   const auto responses = [](const Eigen::VectorXd& x) { return TwoResponses(x.head(2)); };
-  const Outcome outcome = Run(From({0.5, 0.5, 0.5}), kTwo, 3, responses);
+  const Outcome outcome = Minimise(From({0.5, 0.5, 0.5}), kTwo, 3, responses);
   EXPECT_THAT(outcome.message, HasSubstr("dead parameter: no response changes with x2"));
   EXPECT_THAT(outcome.message, testing::Not(HasSubstr("converged")));
 }
@@ -221,7 +222,7 @@ TEST(LeastSquaresTest, ReportsAFlatValleyWithItsDirection) {
     return Eigen::VectorXd(Eigen::Vector2d(sum, std::exp(0.1 * sum)));
   };
   const Objectives objectives = JointTargets({3, std::exp(0.3)}, 0.01);
-  const Outcome outcome = Run(From({0.6, 0.6}), objectives, 2, responses);
+  const Outcome outcome = Minimise(From({0.6, 0.6}), objectives, 2, responses);
   EXPECT_THAT(outcome.message,
               HasSubstr("flat valley: direction (x0:+0.80, x1:-0.60) leaves chi² unchanged"));
 }
@@ -229,7 +230,7 @@ TEST(LeastSquaresTest, ReportsAFlatValleyWithItsDirection) {
 TEST(LeastSquaresTest, ReportsParametersAtTheirBounds) {
   const Objectives objectives = JointTargets({-0.5, 1.4}, 0.01);
   const auto responses = [](const Eigen::VectorXd& x) { return Eigen::VectorXd(x); };
-  const Outcome outcome = Run(From({0.4, 0.4}), objectives, 2, responses);
+  const Outcome outcome = Minimise(From({0.4, 0.4}), objectives, 2, responses);
   EXPECT_EQ(outcome.best, Eigen::VectorXd(Eigen::Vector2d(0, 1)));
   EXPECT_THAT(outcome.message, HasSubstr("x0 is at its lower bound; x1 is at its upper bound"));
 }
@@ -239,7 +240,8 @@ TEST(LeastSquaresTest, GoesOnAlongABound) {
   const auto responses = [](const Eigen::VectorXd& x) {
     return Eigen::VectorXd(Eigen::Vector2d(x[0], x[0] + x[1] * x[1]));
   };
-  const Outcome outcome = Run(From({0.9, 0.9}), JointTargets({-0.3, 0.25}, 0.01), 2, responses);
+  const Outcome outcome =
+      Minimise(From({0.9, 0.9}), JointTargets({-0.3, 0.25}, 0.01), 2, responses);
   EXPECT_EQ(outcome.best[0], 0);
   EXPECT_NEAR(outcome.best[1], 0.5, 1e-5);
 }
@@ -267,7 +269,7 @@ TEST(LeastSquaresTest, StepsFollowTheNoiseThatItIsToldOf) {
 TEST(LeastSquaresTest, AStepOfTheUsersIsKept) {
   LeastSquaresOptions options = From({0.5, 0.5});
   options.step = 0.01;
-  const Outcome outcome = Run(options, kTwo, 2, TwoResponses, 4);
+  const Outcome outcome = Minimise(options, kTwo, 2, TwoResponses, 4);
   EXPECT_NEAR(outcome.history[1].point[0], 0.51, 1e-12);
 }
 
@@ -277,7 +279,7 @@ TEST(LeastSquaresTest, SaysThatResponsesScatter) {
     return Eigen::VectorXd(TwoResponses(x) +
                            0.01 * Eigen::Vector2d(random.Normal(), random.Normal()));
   };
-  const Outcome outcome = Run(From({0.8, 0.2}), kTwo, 2, responses);
+  const Outcome outcome = Minimise(From({0.8, 0.2}), kTwo, 2, responses);
   EXPECT_THAT(outcome.message, HasSubstr("the responses scatter or jump"));
   EXPECT_LT((outcome.best - kTwoAnswer).norm(), 0.1);
 }
@@ -292,16 +294,16 @@ TEST(LeastSquaresTest, TheNextStartFollowsWhenOneHasEnded) {
   LeastSquaresOptions options = From({0.25});
   options.initial_design.list.push_back({0.5});
   options.starts = 5;
-  const Outcome outcome = Run(options, objectives, 1, responses);
+  const Outcome outcome = Minimise(options, objectives, 1, responses);
   EXPECT_NEAR(outcome.best[0], 0.8, 1e-6);
   EXPECT_THAT(outcome.message, HasSubstr("best of 2 searches"));
   options.starts = 1;
-  EXPECT_GT(std::abs(Run(options, objectives, 1, responses).best[0] - 0.8), 0.1);
+  EXPECT_GT(std::abs(Minimise(options, objectives, 1, responses).best[0] - 0.8), 0.1);
 }
 
 TEST(LeastSquaresTest, EverythingFailsAndItSaysSo) {
   const Outcome outcome =
-      Run({}, kTwo, 2, [](const Eigen::VectorXd&) { return Eigen::VectorXd(); });
+      Minimise({}, kTwo, 2, [](const Eigen::VectorXd&) { return Eigen::VectorXd(); });
   EXPECT_EQ(outcome.phase, Status::Phase::finished);
   EXPECT_EQ(outcome.history.size(), 6);
   EXPECT_THAT(outcome.message, HasSubstr("all 6 evaluations have failed"));
