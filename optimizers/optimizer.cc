@@ -8,6 +8,8 @@
 #include "core/errors.h"
 #include "optimizers/bayesian/bayesian.h"
 #include "optimizers/designs/design_optimizer.h"
+#include "optimizers/least_squares/least_squares.h"
+#include "optimizers/least_squares/surrogate_lm.h"
 #include "optimizers/random_search.h"
 
 namespace powdercal {
@@ -20,14 +22,16 @@ struct Entry {
   Maker make;
 };
 
-constexpr std::array<Entry, 7> kOptimizers = {{
+constexpr std::array<Entry, 9> kOptimizers = {{
     {"bayesian", [](const std::string&) { return MakeBayesianFactory(); }},
     {"corners_and_centre", MakeDesignFactory},
     {"grid", MakeDesignFactory},
     {"latin_hypercube", MakeDesignFactory},
+    {"least_squares", [](const std::string&) { return MakeLeastSquaresFactory(); }},
     {"list", MakeDesignFactory},
     {"random", [](const std::string&) { return MakeRandomSearchFactory(); }},
     {"sobol", MakeDesignFactory},
+    {"surrogate_lm", [](const std::string&) { return MakeSurrogateLmFactory(); }},
 }};
 
 // SI value at u in [0, 1], and back.

@@ -142,8 +142,9 @@ class OptimizerFactory {
                                           std::uint64_t seed) const = 0;
 };
 
-/// Names of all optimizers, sorted: bayesian, corners_and_centre, grid, latin_hypercube, list,
-/// random, sobol. The designs are optimizers of their own: they ask for their points and are done.
+/// Names of all optimizers, sorted: bayesian, corners_and_centre, grid, latin_hypercube,
+/// least_squares, list, random, sobol, surrogate_lm. The designs are optimizers of their own: they
+/// ask for their points and are done.
 std::span<const std::string> OptimizerNames();
 /// Throws InputError for an unknown name.
 std::unique_ptr<OptimizerFactory> MakeOptimizerFactory(const std::string& name);

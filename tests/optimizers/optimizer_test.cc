@@ -88,7 +88,7 @@ TEST(ChiSquaredTest, AddsUpWhatIsKnown) {
 TEST(RegistryTest, EveryNameMakesAFactoryOfThatName) {
   EXPECT_THAT(std::vector<std::string>(OptimizerNames().begin(), OptimizerNames().end()),
               testing::ElementsAre("bayesian", "corners_and_centre", "grid", "latin_hypercube",
-                                   "list", "random", "sobol"));
+                                   "least_squares", "list", "random", "sobol", "surrogate_lm"));
   for (const std::string& name : OptimizerNames()) {
     const std::unique_ptr<OptimizerFactory> factory = MakeOptimizerFactory(name);
     EXPECT_EQ(factory->name(), name);
