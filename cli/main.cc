@@ -66,6 +66,7 @@ int main(int argc, char** argv) {
   program.require_subcommand(1);
   int status = cli::kDone;
   cli::AddCheck(program, status);
+  cli::AddCompare(program, status);
   cli::AddList(program, status);
   cli::AddReport(program, status);
   cli::AddResume(program, status);
