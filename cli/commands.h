@@ -34,6 +34,8 @@ class StudyOptions {
   /// Where `run` keeps the study unless --out says otherwise: runs/NAME, with the seed if it was
   /// given. Throws InputError for a name that is not one of a folder.
   std::filesystem::path DefaultFolder(const Study& study) const;
+  /// STUDY and the options that were given, as words of a command line that repeats them.
+  std::vector<std::string> Words() const;
 
  private:
   Overrides Collect() const;

@@ -64,6 +64,17 @@ std::vector<std::string> StudyOptions::GivenOptions(const std::vector<std::strin
   return given;
 }
 
+std::vector<std::string> StudyOptions::Words() const {
+  std::vector<std::string> words = {file_};
+  for (const Shorthand& known : kShorthands) {
+    const std::string& value = shorthands_.at(known.key);
+    if (!value.empty()) words.insert(words.end(), {known.option, value});
+  }
+  if (deterministic_) words.emplace_back("--deterministic");
+  for (const std::string& set : sets_) words.insert(words.end(), {"--set", set});
+  return words;
+}
+
 Overrides StudyOptions::Collect() const {
   Overrides overrides;
   for (const auto& [key, value] : shorthands_) {

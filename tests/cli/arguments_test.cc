@@ -29,7 +29,7 @@ TEST_P(Arguments, AreExplainedAndStartNothing) {
 INSTANTIATE_TEST_SUITE_P(
     Cli, Arguments,
     ::testing::Values(
-        Mistake{{}, {"no command is given", "check, list, report, resume, run, scale, simulate"}},
+        Mistake{{}, {"no command is given", "check, compare, list, report, resume, run, scale, simulate"}},
         Mistake{{"rn", "quickstart"}, {"unknown command 'rn'", "did you mean 'run'?"}},
         Mistake{{"run"}, {"study is required"}}, Mistake{{"resume"}, {"folder is required"}},
         Mistake{{"run", "quickstart", "--evaluatons", "3"},

@@ -1,0 +1,127 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "studies/comparison/rank_statistics.h"
+
+namespace powdercal::comparison {
+namespace {
+
+// Ranks of C4.5, C4.5+m, C4.5+cf and C4.5+m+cf on 14 data sets: Demšar (2006), table 6.
+Eigen::MatrixXd DemsarRanks() {
+  Eigen::MatrixXd ranks(14, 4);
+  ranks << 4, 3, 2, 1,     //
+      1, 2, 3, 4,          //
+      4, 1, 2, 3,          //
+      4, 1, 3, 2,          //
+      4, 2, 3, 1,          //
+      1, 2.5, 4, 2.5,      //
+      3, 2, 4, 1,          //
+      2.5, 2.5, 4, 1,      //
+      4, 3, 2, 1,          //
+      2.5, 2.5, 2.5, 2.5,  //
+      4, 2.5, 1, 2.5,      //
+      3, 2, 4, 1,          //
+      4, 1, 2, 3,          //
+      3, 1, 4, 2;
+  return ranks;
+}
+
+TEST(Ranks, AreThoseOfDemsar) {
+  // The ranks of ranks are the ranks.
+  const Eigen::VectorXd mean = MeanRanks(DemsarRanks());
+  EXPECT_NEAR(mean[0], 3.143, 5e-4);
+  EXPECT_NEAR(mean[1], 2.000, 5e-4);
+  EXPECT_NEAR(mean[2], 2.893, 5e-4);
+  EXPECT_NEAR(mean[3], 1.964, 5e-4);
+}
+
+TEST(Friedman, IsThatOfDemsar) {
+  const FriedmanTest test = TestMeanRanks(MeanRanks(DemsarRanks()), 14);
+  EXPECT_NEAR(test.chi_squared, 9.28, 5e-3);
+  EXPECT_NEAR(test.f, 3.69, 5e-3);
+  // The critical value of F(3, 39) at 0.05 is 2.85, of chi²(3) 7.81: both reject.
+  EXPECT_LT(test.f_p, 0.05);
+  EXPECT_GT(test.f_p, 0.01);
+  EXPECT_LT(test.chi_squared_p, 0.05);
+}
+
+TEST(Friedman, CorrectsForTies) {
+  // Rank sums 44, 28, 40.5, 27.5; Σ ranks² − 14·4·25/4 = 10·5 + 3·4.5 + 0 = 63.5.
+  const FriedmanTest test = TestFriedman(DemsarRanks());
+  EXPECT_NEAR(test.chi_squared, 3 * 216.5 / 63.5, 1e-10);
+}
+
+TEST(Friedman, WithoutTiesIsTheSameFromRanksAndValues) {
+  Eigen::MatrixXd values(4, 3);
+  values << 0.1, 5, 7, 2, 1, 9, 3, 4, 5, 1, 2, 0.5;
+  const FriedmanTest a = TestFriedman(values);
+  const FriedmanTest b = TestMeanRanks(MeanRanks(values), 4);
+  EXPECT_NEAR(a.chi_squared, b.chi_squared, 1e-12);
+  EXPECT_NEAR(a.f_p, b.f_p, 1e-12);
+}
+
+TEST(Friedman, SaysNothingOfTiesAloneOrASingleBlock) {
+  EXPECT_EQ(TestFriedman(Eigen::MatrixXd::Ones(5, 3)).chi_squared_p, 1);
+  EXPECT_EQ(TestFriedman(Eigen::MatrixXd::Random(1, 3)).chi_squared_p, 1);
+  EXPECT_EQ(TestFriedman(Eigen::MatrixXd::Random(3, 1)).chi_squared_p, 1);
+}
+
+TEST(Friedman, PerfectAgreementIsCertain) {
+  Eigen::MatrixXd values(6, 3);
+  for (Eigen::Index i = 0; i < 6; ++i) values.row(i) << 1, 2, 3;
+  const FriedmanTest test = TestFriedman(values);
+  EXPECT_NEAR(test.chi_squared, 12, 1e-12);  // N (k − 1)
+  EXPECT_EQ(test.f_p, 0);
+}
+
+TEST(Ranks, WhatWasNotFoundIsLastAndShared) {
+  const double infinity = std::numeric_limits<double>::infinity();
+  Eigen::MatrixXd values(1, 4);
+  values << infinity, 3, std::nan(""), 1;
+  const Eigen::VectorXd ranks = MeanRanks(values);
+  EXPECT_EQ(ranks[0], 3.5);
+  EXPECT_EQ(ranks[1], 2);
+  EXPECT_EQ(ranks[2], 3.5);
+  EXPECT_EQ(ranks[3], 1);
+}
+
+// Demšar (2006), table 5(a): quantiles of the range over √2.
+struct Critical {
+  int groups;
+  double at_005;
+  double at_010;
+};
+class Nemenyi : public ::testing::TestWithParam<Critical> {};
+
+TEST_P(Nemenyi, QuantilesAreThoseOfTheTable) {
+  const Critical& c = GetParam();
+  EXPECT_NEAR(NormalRangeQuantile(0.95, c.groups) / std::sqrt(2.0), c.at_005, 6e-4);
+  EXPECT_NEAR(NormalRangeQuantile(0.90, c.groups) / std::sqrt(2.0), c.at_010, 6e-4);
+}
+
+INSTANTIATE_TEST_SUITE_P(Comparison, Nemenyi,
+                         ::testing::Values(Critical{2, 1.960, 1.645}, Critical{3, 2.343, 2.052},
+                                           Critical{4, 2.569, 2.291}, Critical{5, 2.728, 2.459},
+                                           Critical{6, 2.850, 2.589}, Critical{7, 2.949, 2.693},
+                                           Critical{8, 3.031, 2.780}, Critical{9, 3.102, 2.855},
+                                           Critical{10, 3.164, 2.920}));
+
+TEST(NormalRange, OfTwoIsKnownInClosedForm) {
+  // The difference of two standard normals: P(|Z₁ − Z₂| < q) = erf(q/2).
+  for (const double q : {0.1, 1.0, 2.5, 5.0}) {
+    EXPECT_NEAR(NormalRangeCdf(q, 2), std::erf(q / 2), 1e-12) << q;
+  }
+  EXPECT_EQ(NormalRangeCdf(0, 5), 0);
+  EXPECT_EQ(NormalRangeCdf(-1, 5), 0);
+}
+
+TEST(NemenyiDifference, IsThatOfDemsar) {
+  EXPECT_NEAR(NemenyiDifference(4, 14, 0.05), 1.25, 5e-3);
+  EXPECT_NEAR(NemenyiDifference(4, 14, 0.10), 1.12, 5e-3);
+}
+
+}  // namespace
+}  // namespace powdercal::comparison
