@@ -56,19 +56,6 @@ double Median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-// With objectives numbered 0, 1, …, all 0 where they are joint.
-Objectives Numbered(Objectives objectives) {
-  std::map<int, int> numbers;
-  for (Target& target : objectives.targets) {
-    if (objectives.kind == Objectives::Kind::joint) target.objective = 0;
-    numbers.emplace(target.objective, 0);
-  }
-  int next = 0;
-  for (auto& [objective, number] : numbers) number = next++;
-  for (Target& target : objectives.targets) target.objective = numbers.at(target.objective);
-  return objectives;
-}
-
 class Bayesian final : public Optimizer {
  public:
   Bayesian(const BayesianOptions& options, const SearchSpace& space, const Objectives& objectives,
