@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
-#include <numeric>
 
 #include "optimizers/metaheuristics/pagmo_methods.h"
 
@@ -56,12 +55,6 @@ Rates::Rates(int lambda, int dimension) : weights(lambda), parents(lambda / 2) {
   }
 }
 
-// [0, 1] by reflection at its ends.
-double Fold(double x) {
-  const double t = std::fmod(std::abs(x), 2.0);
-  return t > 1 ? 2 - t : t;
-}
-
 class CmaEs final : public Strategy {
  public:
   CmaEs(const CmaEsOptions& options, const SearchProblem& problem)
@@ -103,7 +96,7 @@ class CmaEs final : public Strategy {
   Eigen::MatrixXd covariance_;          // C = B D² Bᵀ
   Eigen::MatrixXd axes_;                // B
   Eigen::VectorXd deviations_;          // D
-  std::vector<Eigen::VectorXd> steps_;  // y of the generation, x = mean + σ y, before folding
+  std::vector<Eigen::VectorXd> steps_;  // y of the generation, x = mean + σ y
   std::deque<double> best_values_;
 };
 
@@ -135,8 +128,9 @@ std::vector<Eigen::VectorXd> CmaEs::Propose() {
   for (int i = 0; i < lambda_; ++i) {
     Eigen::VectorXd z(dimension_);
     for (double& entry : z) entry = random_.Normal();
-    steps_.push_back(axes_ * deviations_.cwiseProduct(z));
-    points.push_back((mean_ + sigma_ * steps_.back()).unaryExpr(&Fold));
+    const Eigen::VectorXd sample = mean_ + sigma_ * (axes_ * deviations_.cwiseProduct(z));
+    points.push_back(sample.cwiseMax(0).cwiseMin(1));
+    steps_.push_back((points.back() - mean_) / sigma_);
   }
   return points;
 }
@@ -184,7 +178,7 @@ void CmaEs::Update(const std::vector<Eigen::VectorXd>& steps) {
   path_c_ = (1 - rates.c_c) * path_c_ +
             h_sigma * std::sqrt(rates.c_c * (2 - rates.c_c) * rates.mu_eff) * step;
   UpdateCovariance(rates, steps, h_sigma);
-  // A step beyond the box only folds back into it.
+  // Beyond the side of the box all samples lie on its surface.
   sigma_ =
       std::min(1.0, sigma_ * std::exp(rates.c_sigma / rates.d_sigma * (length / expected - 1)));
   KeepLevelsInReach();

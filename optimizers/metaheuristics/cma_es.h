@@ -16,12 +16,13 @@ struct CmaEsOptions {
 };
 
 /// The own strategy: full covariance, cumulative step-size adaptation, negative weights for the
-/// worse half. The distribution lives in all of R^d; its samples are folded into the box by
-/// reflection at the bounds, so that no side is favoured and an optimum at a bound looks like one
-/// inside. It starts at the best of the initial population. Standard deviations of discrete
-/// parameters stay above 0.3 of a level. Failed points take no part in the update, for which
-/// weights and rates are those of as many points as succeeded; when all of a generation failed the
-/// step is halved, or, if nothing has succeeded since the restart, the next restart is due.
+/// worse half. It starts at the best of the initial population. Samples beyond the box are moved to
+/// its surface, and the distribution learns from the points so moved. (Tried and worse: reflection
+/// at the bounds, with and without telling the distribution; drawing again.) Standard deviations of
+/// discrete parameters stay above 0.3 of a level. Failed points take no part in the update, for
+/// which weights and rates are those of as many points as succeeded; when all of a generation
+/// failed the step is halved, or, if nothing has succeeded since the restart, the next restart is
+/// due.
 /// Restarts: `smallest_step`; the best values of the last 10 + 30 d/λ generations and all of the
 /// last differ by less than 1e-12 (relative, at least absolute); condition number above 1e14.
 std::unique_ptr<Strategy> MakeCmaEs(const CmaEsOptions& options, const SearchProblem& problem);

@@ -153,7 +153,7 @@ class DifferentialEvolutionMethod final : public Method {
     const bool own = options_.implementation == Implementation::own;
     return {.batches = own, .smallest_population = own ? 4 : 7};
   }
-  int DefaultPopulation(int, int) const override { return 20; }
+  int DefaultPopulation(int, int) const override { return 16; }
   void Serialize(Archive& archive) override {
     SerializeImplementation(archive, options_.implementation);
     if (options_.implementation == Implementation::pagmo) return;

@@ -88,7 +88,7 @@ class GeneticMethod final : public Method {
             .smallest_population = std::max(4, options_.tournament + options_.tournament % 2),
             .population_multiple = own ? 1 : 2};
   }
-  int DefaultPopulation(int, int) const override { return std::max(20, 2 * options_.tournament); }
+  int DefaultPopulation(int, int) const override { return std::max(16, 2 * options_.tournament); }
   void Serialize(Archive& archive) override {
     SerializeImplementation(archive, options_.implementation);
     options_.variation.Serialize(archive);

@@ -10,7 +10,7 @@ namespace powdercal {
 /// `genetic`: a real-coded genetic algorithm with discrete genes.
 struct GeneticOptions {
   Implementation implementation = Implementation::own;
-  VariationOptions variation;
+  VariationOptions variation{.crossover_index = 10, .mutation_index = 30};
   int tournament = 2;  ///< 2 … 100, at most the population: contestants for each place as a parent
 };
 
