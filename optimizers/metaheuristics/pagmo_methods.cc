@@ -43,7 +43,7 @@ class AntColonyMethod final : public Method {
   MethodTraits traits() const override {
     return {.smallest_population = std::max(4, options_.kernels)};
   }
-  int DefaultPopulation(int, int) const override { return std::max(20, options_.kernels); }
+  int DefaultPopulation(int, int) const override { return std::max(16, options_.kernels); }
   void Serialize(Archive& archive) override {
     archive.Integer("kernels", options_.kernels, {.lower = 0, .upper = 100000});
     if (options_.kernels == 1) throw archive.ErrorAt("kernels", "must be 0 or at least 2");
@@ -127,7 +127,7 @@ class ParticleSwarmMethod final : public Method {
     return "particle swarm (pagmo's pso_gen); one objective";
   }
   MethodTraits traits() const override { return {}; }
-  int DefaultPopulation(int, int) const override { return 20; }
+  int DefaultPopulation(int, int) const override { return 16; }
   void Serialize(Archive& archive) override {
     const Range pull{.lower = 0, .upper = 4};
     archive.Number("inertia", options_.inertia, kUnitInterval);

@@ -86,9 +86,11 @@ TEST(ChiSquaredTest, AddsUpWhatIsKnown) {
 }
 
 TEST(RegistryTest, EveryNameMakesAFactoryOfThatName) {
-  EXPECT_THAT(std::vector<std::string>(OptimizerNames().begin(), OptimizerNames().end()),
-              testing::ElementsAre("bayesian", "corners_and_centre", "grid", "latin_hypercube",
-                                   "list", "random", "sobol"));
+  EXPECT_THAT(
+      std::vector<std::string>(OptimizerNames().begin(), OptimizerNames().end()),
+      testing::ElementsAre("ant_colony", "bayesian", "cma_es", "corners_and_centre",
+                           "differential_evolution", "genetic", "grid", "latin_hypercube", "list",
+                           "moead", "nsga2", "nspso", "particle_swarm", "random", "sobol"));
   for (const std::string& name : OptimizerNames()) {
     const std::unique_ptr<OptimizerFactory> factory = MakeOptimizerFactory(name);
     EXPECT_EQ(factory->name(), name);
