@@ -55,6 +55,12 @@ Rates::Rates(int lambda, int dimension) : weights(lambda), parents(lambda / 2) {
   }
 }
 
+// y of a point x = mean + σ y: as it was drawn, and as far as the box allowed.
+struct Steps {
+  Eigen::VectorXd drawn;
+  Eigen::VectorXd taken;
+};
+
 class CmaEs final : public Strategy {
  public:
   CmaEs(const CmaEsOptions& options, const SearchProblem& problem)
@@ -72,9 +78,8 @@ class CmaEs final : public Strategy {
  private:
   void StartRun(const Eigen::VectorXd& mean);
   void Restart();
-  void Update(const std::vector<Eigen::VectorXd>& steps);
-  void UpdateCovariance(const Rates& rates, const std::vector<Eigen::VectorXd>& steps,
-                        double h_sigma);
+  void Update(const std::vector<Steps>& steps);
+  void UpdateCovariance(const Rates& rates, const std::vector<Steps>& steps, double h_sigma);
   void KeepLevelsInReach();
   void Decompose();
   bool Exhausted(std::span<const Individual> generation, const std::vector<std::size_t>& ranking);
@@ -93,10 +98,10 @@ class CmaEs final : public Strategy {
   double sigma_ = 0;
   Eigen::VectorXd path_sigma_;
   Eigen::VectorXd path_c_;
-  Eigen::MatrixXd covariance_;          // C = B D² Bᵀ
-  Eigen::MatrixXd axes_;                // B
-  Eigen::VectorXd deviations_;          // D
-  std::vector<Eigen::VectorXd> steps_;  // y of the generation, x = mean + σ y
+  Eigen::MatrixXd covariance_;  // C = B D² Bᵀ
+  Eigen::MatrixXd axes_;        // B
+  Eigen::VectorXd deviations_;  // D
+  std::vector<Steps> steps_;    // of the generation
   std::deque<double> best_values_;
 };
 
@@ -128,9 +133,10 @@ std::vector<Eigen::VectorXd> CmaEs::Propose() {
   for (int i = 0; i < lambda_; ++i) {
     Eigen::VectorXd z(dimension_);
     for (double& entry : z) entry = random_.Normal();
-    const Eigen::VectorXd sample = mean_ + sigma_ * (axes_ * deviations_.cwiseProduct(z));
-    points.push_back(sample.cwiseMax(0).cwiseMin(1));
-    steps_.push_back((points.back() - mean_) / sigma_);
+    Steps steps{.drawn = axes_ * deviations_.cwiseProduct(z)};
+    points.push_back((mean_ + sigma_ * steps.drawn).cwiseMax(0).cwiseMin(1));
+    steps.taken = (points.back() - mean_) / sigma_;
+    steps_.push_back(std::move(steps));
   }
   return points;
 }
@@ -148,10 +154,10 @@ void CmaEs::Learn(std::span<const Individual> generation) {
   }
   succeeded_ = true;
   ++generation_;
-  std::vector<Eigen::VectorXd> steps;
+  std::vector<Steps> steps;
   for (const std::size_t i : ranking) steps.push_back(steps_[i]);
   if (steps.size() < 2) {
-    mean_ += sigma_ * steps[0];
+    mean_ += sigma_ * steps[0].taken;
   } else {
     Update(steps);
   }
@@ -159,12 +165,12 @@ void CmaEs::Learn(std::span<const Individual> generation) {
 }
 
 // Hansen 2016, equations 38 to 47; steps from the best to the worst.
-void CmaEs::Update(const std::vector<Eigen::VectorXd>& steps) {
+void CmaEs::Update(const std::vector<Steps>& steps) {
   const Rates rates(static_cast<int>(steps.size()), dimension_);
   const double n = dimension_;
   Eigen::VectorXd step = Eigen::VectorXd::Zero(dimension_);
   for (int i = 0; i < rates.parents; ++i) {
-    step += rates.weights[i] * steps[static_cast<std::size_t>(i)];
+    step += rates.weights[i] * steps[static_cast<std::size_t>(i)].taken;
   }
   mean_ += sigma_ * step;
 
@@ -185,18 +191,21 @@ void CmaEs::Update(const std::vector<Eigen::VectorXd>& steps) {
   Decompose();
 }
 
-void CmaEs::UpdateCovariance(const Rates& rates, const std::vector<Eigen::VectorXd>& steps,
-                             double h_sigma) {
+// What was good is good where it was evaluated; directions that turned out badly are narrowed as
+// they were drawn. With the steps as taken in both, the covariance collapses along the bounds
+// before the search has reached a corner.
+void CmaEs::UpdateCovariance(const Rates& rates, const std::vector<Steps>& steps, double h_sigma) {
   const double lost = (1 - h_sigma) * rates.c_c * (2 - rates.c_c);
   covariance_ *= 1 + rates.c_1 * lost - rates.c_1 - rates.c_mu * rates.weights.sum();
   covariance_ += rates.c_1 * path_c_ * path_c_.transpose();
   for (std::size_t i = 0; i < steps.size(); ++i) {
     double weight = rates.weights[static_cast<Eigen::Index>(i)];
+    const Eigen::VectorXd& step = weight < 0 ? steps[i].drawn : steps[i].taken;
     if (weight < 0) {
-      const double white = (axes_.transpose() * steps[i]).cwiseQuotient(deviations_).squaredNorm();
+      const double white = (axes_.transpose() * step).cwiseQuotient(deviations_).squaredNorm();
       weight *= dimension_ / std::max(white, 1e-300);
     }
-    covariance_ += rates.c_mu * weight * steps[i] * steps[i].transpose();
+    covariance_ += rates.c_mu * weight * step * step.transpose();
   }
 }
 

@@ -17,7 +17,8 @@ struct CmaEsOptions {
 
 /// The own strategy: full covariance, cumulative step-size adaptation, negative weights for the
 /// worse half. It starts at the best of the initial population. Samples beyond the box are moved to
-/// its surface, and the distribution learns from the points so moved. (Tried and worse: reflection
+/// its surface. Mean, paths and positive weights see them as moved, negative weights as drawn.
+/// (Tried and worse on problems with optima inside, at a side or in a corner: reflection
 /// at the bounds, with and without telling the distribution; drawing again.) Standard deviations of
 /// discrete parameters stay above 0.3 of a level. Failed points take no part in the update, for
 /// which weights and rates are those of as many points as succeeded; when all of a generation

@@ -10,6 +10,7 @@ namespace powdercal {
 namespace {
 
 constexpr std::size_t kMemory = 6;  // H of Tanabe & Fukunaga
+constexpr int kTriesForANewPoint = 10;
 
 struct Setting {
   double f = 0.5;
@@ -105,7 +106,12 @@ std::vector<Eigen::VectorXd> DifferentialEvolution::Propose() {
   for (std::size_t i = 0; i < members_.size(); ++i) {
     const Setting setting = DrawSetting();
     const Eigen::VectorXd& best = members_[ranking[random_.Below(best_count)]].point;
-    trials_.push_back(Trial(i, best, setting));
+    // Coordinates of a Sobol' sequence form a grid, on which differences cancel exactly.
+    Eigen::VectorXd trial = members_[i].point;
+    for (int k = 0; k < kTriesForANewPoint && trial == members_[i].point; ++k) {
+      trial = Trial(i, best, setting);
+    }
+    trials_.push_back(std::move(trial));
     settings_.push_back(setting);
   }
   return trials_;

@@ -13,6 +13,7 @@ namespace {
 
 constexpr double kSmallestWeight = 1e-6;  // so that an objective without weight breaks ties
 constexpr int kTriesForAParent = 20;
+constexpr double kDifferenceFactor = 0.5;
 
 // (H + m − 1 choose m − 1).
 std::int64_t LatticeSize(int divisions, int objectives) {
@@ -58,11 +59,14 @@ class Moead final : public Strategy {
 
  private:
   std::size_t Parent(const std::vector<std::size_t>& pool);
+  void MoveByDifference(const Eigen::VectorXd& base, const Eigen::VectorXd& difference,
+                        Eigen::VectorXd* child) const;
   void UpdateScale(std::span<const Individual> generation);
   double Tchebycheff(const Individual& individual, std::size_t weights) const;
   void Offer(const Individual& child, std::vector<std::size_t> pool);
 
   MoeadOptions options_;
+  SearchSpace space_;
   Variation variation_;
   RandomStream random_;
   std::vector<Eigen::VectorXd> weights_;
@@ -76,13 +80,14 @@ class Moead final : public Strategy {
 
 Moead::Moead(const MoeadOptions& options, const SearchProblem& problem)
     : options_(options),
+      space_(problem.space),
       variation_(options.variation, problem.space),
       random_(problem.random),
       weights_(SimplexWeights(problem.population, problem.objectives)),
       everyone_(weights_.size()) {
   std::iota(everyone_.begin(), everyone_.end(), 0);
   const std::size_t count = std::min<std::size_t>(
-      options.neighbours > 0 ? options.neighbours : std::max(3, problem.population / 5),
+      options.neighbours > 0 ? options.neighbours : std::max(4, 3 * problem.population / 10),
       weights_.size());
   for (const Eigen::VectorXd& weights : weights_) {
     std::vector<std::size_t> order = everyone_;
@@ -117,6 +122,16 @@ std::size_t Moead::Parent(const std::vector<std::size_t>& pool) {
   return parent;
 }
 
+// Half-way to a bound that would be crossed.
+void Moead::MoveByDifference(const Eigen::VectorXd& base, const Eigen::VectorXd& difference,
+                             Eigen::VectorXd* child) const {
+  for (Eigen::Index k = 0; k < base.size(); ++k) {
+    if (space_.parameters[static_cast<std::size_t>(k)].levels() > 0) continue;
+    const double moved = base[k] + kDifferenceFactor * difference[k];
+    (*child)[k] = moved < 0 ? base[k] / 2 : moved > 1 ? (base[k] + 1) / 2 : moved;
+  }
+}
+
 std::vector<Eigen::VectorXd> Moead::Propose() {
   std::vector<Eigen::VectorXd> children;
   anywhere_.clear();
@@ -128,6 +143,9 @@ std::vector<Eigen::VectorXd> Moead::Propose() {
     for (int k = 0; k < kTriesForAParent && second == first; ++k) second = Parent(pool);
     Eigen::VectorXd child =
         variation_.Cross(members_[first].point, members_[second].point, &random_).first;
+    if (random_.Uniform() < options_.differential) {
+      MoveByDifference(members_[i].point, members_[first].point - members_[second].point, &child);
+    }
     variation_.Mutate(&child, &random_);
     children.push_back(std::move(child));
   }
@@ -194,10 +212,10 @@ class MoeadMethod final : public Method {
             .batches = own,
             .smallest_population = std::max(8, options_.neighbours + 1)};
   }
-  // Even: no core idles. Of three objectives a lattice.
+  // Even: no core idles. Lattices up to four objectives.
   int DefaultPopulation(int, int objectives) const override {
-    const int usual = objectives == 2 ? 40 : objectives == 3 ? 36 : 20 * objectives;
-    return std::max(usual, 5 * options_.neighbours);
+    const int usual = objectives == 2 ? 20 : objectives == 3 ? 28 : 14 * objectives;
+    return std::max(usual, 2 * options_.neighbours);
   }
   void Serialize(Archive& archive) override {
     SerializeImplementation(archive, options_.implementation);
@@ -205,7 +223,9 @@ class MoeadMethod final : public Method {
     if (options_.neighbours == 1) throw archive.ErrorAt("neighbours", "must be 0 or at least 2");
     archive.Number("neighbour_probability", options_.neighbour_probability, kUnitInterval);
     archive.Integer("replacements", options_.replacements, {.lower = 1, .upper = 1000});
-    if (options_.implementation == Implementation::own) options_.variation.Serialize(archive);
+    if (options_.implementation == Implementation::pagmo) return;
+    archive.Number("differential", options_.differential, kUnitInterval);
+    options_.variation.Serialize(archive);
   }
   std::unique_ptr<Strategy> MakeStrategy(const SearchProblem& problem) const override {
     return options_.implementation == Implementation::own ? MakeMoead(options_, problem)

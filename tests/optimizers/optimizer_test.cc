@@ -52,7 +52,7 @@ TEST(SearchSpaceTest, DiscreteParametersShareTheBoxEqually) {
   EXPECT_EQ(space.Snap(Eigen::Vector3d(0.3, 1.5, 0.3)), Eigen::Vector3d(0.375, 0.75, 0.3));
   const Eigen::VectorXd snapped = space.Snap(Eigen::Vector3d(0.9, 0.1, 0.7));
   EXPECT_EQ(space.Snap(snapped), snapped);
-  for (const std::string& name : {"sobol", "latin_hypercube", "random"}) {
+  for (const char* const name : {"sobol", "latin_hypercube", "random"}) {
     const auto optimizer = MakeOptimizerFactory(name)->Make(space, JointTargets({0}, 1), 3);
     EXPECT_TRUE(optimizer->capabilities().discrete);
     for (const Candidate& candidate : optimizer->Ask(5)) {
