@@ -65,6 +65,9 @@ struct Objectives {
   enum class Kind { joint, pareto };
   Kind kind = Kind::joint;
   std::vector<Target> targets;
+  /// pareto: value of each objective beyond which it is of no use, from which hypervolumes are
+  /// measured; empty: not known.
+  std::vector<double> reference;
 };
 
 /// joint: 1; pareto: 1 + the highest objective of a target.

@@ -8,6 +8,7 @@
 
 #include "core/quantity.h"
 #include "studies/evaluation.h"
+#include "studies/ranking.h"
 #include "studies/runner.h"
 
 namespace powdercal {
@@ -333,10 +334,13 @@ void AddHistory(const Study& study, const Planner& planner, const Ledger& ledger
   for (const ToldPoint& point : points) reduced.push_back(point.reduced);
   const Eigen::VectorXd pooled =
       PooledSeedVariance(reduced, static_cast<int>(objectives.targets.size()));
+  std::vector<Eigen::VectorXd> coordinates;
+  for (const ToldPoint& point : points) coordinates.push_back(point.entry.candidate.point);
+  const std::vector<double> misfits = RankingMisfits(study.space, objectives, coordinates, reduced);
   double lowest = std::numeric_limits<double>::infinity();
   for (const ToldPoint& point : points) {
     EvaluationResult evaluation = MakeEvaluation(study, objectives, point, pooled);
-    const double misfit = ExpectedMisfit(objectives, point.reduced, pooled);
+    const double misfit = misfits[results.history.size()];
     if (misfit < lowest) {
       lowest = misfit;
       results.best = results.history.size();

@@ -7,6 +7,7 @@
 
 #include "backends/registry.h"
 #include "core/version.h"
+#include "studies/ranking.h"
 
 namespace powdercal {
 namespace {
@@ -186,6 +187,7 @@ void StudyRunner::Replay() {
       const bool first = point.told_replicates == 0;
       point.told_replicates = event.replicates;
       point.told = Reduce(objectives_, RunsOf(point, event.replicates));
+      incumbent_.reset();
       if (first && point.told.partial()) ++partial_;
       std::erase(awaiting_tell_, event.observation->id);
       Decide();
@@ -373,6 +375,7 @@ void StudyRunner::Tell(Point& point) {
   const bool first = point.told_replicates == 0;
   point.told = Reduce(objectives_, runs);
   point.told_replicates = point.replicates;
+  incumbent_.reset();
   const auto failures = FailuresOf(objectives_, point.told, runs);
   std::vector<std::string> reasons;
   for (const ExperimentFailure& failure : failures) {
@@ -442,18 +445,23 @@ bool StudyRunner::IsInFlight(const std::string& key) const {
 }
 
 StudyRunner::Point* StudyRunner::Incumbent() {
-  const Eigen::VectorXd pooled = Pooled();
-  Point* best = nullptr;
-  double lowest = std::numeric_limits<double>::infinity();
+  if (incumbent_) return *incumbent_;
+  std::vector<Point*> told;
+  std::vector<Eigen::VectorXd> coordinates;
+  std::vector<ReducedResponses> reduced;
   for (auto& [id, point] : points_) {
     if (point.told_replicates == 0) continue;
-    const double misfit = ExpectedMisfit(objectives_, point.told, pooled);
-    if (misfit < lowest) {
-      lowest = misfit;
-      best = &point;
-    }
+    told.push_back(&point);
+    coordinates.push_back(point.entry.candidate.point);
+    reduced.push_back(point.told);
   }
-  return best;
+  const std::vector<double> misfits =
+      RankingMisfits(study_.space, objectives_, coordinates, reduced);
+  const auto lowest = std::min_element(misfits.begin(), misfits.end());
+  incumbent_ = lowest == misfits.end() || std::isinf(*lowest)
+                   ? nullptr
+                   : told[static_cast<std::size_t>(lowest - misfits.begin())];
+  return *incumbent_;
 }
 
 std::vector<const LedgerRun*> StudyRunner::RunsOf(const Point& point, int replicates) const {

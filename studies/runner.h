@@ -128,6 +128,7 @@ class StudyRunner {
   void Decide();
   bool IsDone(const std::string& key) const;
   bool IsInFlight(const std::string& key) const;
+  /// The best point that has been told (RankingMisfits); null while there is none.
   Point* Incumbent();
   std::vector<const LedgerRun*> RunsOf(const Point& point, int replicates) const;
   Eigen::VectorXd Pooled() const;
@@ -157,6 +158,7 @@ class StudyRunner {
   std::unique_ptr<Executor> executor_;
 
   std::map<std::int64_t, Point> points_;    // by candidate id
+  std::optional<Point*> incumbent_;         // of what has been told; none: to be found
   std::deque<std::int64_t> awaiting_tell_;  // in asking order
   std::deque<Job> queue_;                   // planned, not yet submitted
   std::map<std::int64_t, Job> in_flight_;   // by ticket

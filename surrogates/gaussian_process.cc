@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <numeric>
 #include <stdexcept>
 
 #include "surrogates/linear_algebra.h"
@@ -114,6 +115,12 @@ std::vector<Eigen::Index> SpreadSubset(const Eigen::MatrixXd& points, Eigen::Ind
   return chosen;
 }
 
+std::vector<Eigen::Index> AllRows(Eigen::Index count) {
+  std::vector<Eigen::Index> rows(static_cast<std::size_t>(count));
+  std::iota(rows.begin(), rows.end(), Eigen::Index{0});
+  return rows;
+}
+
 void CheckData(const Eigen::MatrixXd& points, const Eigen::VectorXd& values,
                const Eigen::VectorXd& noise_variances) {
   if (points.rows() == 0 || points.cols() == 0) {
@@ -149,7 +156,6 @@ void GaussianProcess::Fit(const Eigen::MatrixXd& points, const Eigen::VectorXd& 
                           const Eigen::VectorXd& noise_variances) {
   CheckData(points, values, noise_variances);
   const auto n = static_cast<double>(values.size());
-  points_ = points;
   offset_ = 0;
   scale_ = 1;
   if (options_.standardise) {
@@ -165,8 +171,61 @@ void GaussianProcess::Fit(const Eigen::MatrixXd& points, const Eigen::VectorXd& 
   Eigen::VectorXd noise = Eigen::VectorXd::Zero(values.size());
   if (noise_variances.size() != 0) noise = noise_variances / (scale_ * scale_);
   evaluations_ = 0;
+  points_ = options_.inputs.Map(points);
   Optimise(noise);
+  if (options_.warp && !options_.hyperparameters) LearnWarps(points, noise);
   Factorise(noise);
+}
+
+// By coordinates: each in turn tries a few shapes, refitted from where it stands, and keeps the one
+// of the largest posterior density. Two rounds, on a well-spread subset if there are many points.
+void GaussianProcess::LearnWarps(const Eigen::MatrixXd& points, const Eigen::VectorXd& noise) {
+  constexpr double kSpread = 0.75;  // of ln a and ln b
+  constexpr double kShapes[][2] = {{1, 1}, {0.35, 1}, {0.6, 1}, {1.8, 1},
+                                   {3, 1}, {1, 0.6},  {1, 1.8}, {1, 3}};
+  constexpr int kRounds = 2;
+  constexpr double kWorthwhile = 2;  // gain of log density for which a coordinate is warped at all
+  const std::vector<Eigen::Index> rows = points.rows() <= options_.screening_points
+                                             ? AllRows(points.rows())
+                                             : SpreadSubset(points_, options_.screening_points);
+  const Eigen::MatrixXd subset = points(rows, Eigen::all);
+  const auto density_of = [&](const InputMap& map, Eigen::VectorXd* t) {
+    const MarginalPosterior posterior(options_.model, map.Map(subset), values_(rows), noise(rows));
+    double value = Climb(posterior, options_.max_iterations, t, &evaluations_);
+    for (const InputMap::Coordinate& c : map.coordinates()) {
+      const double squares = std::log(c.a) * std::log(c.a) + std::log(c.b) * std::log(c.b);
+      value -= squares / (2 * kSpread * kSpread);
+    }
+    return value;
+  };
+  std::vector<InputMap::Coordinate> best = options_.inputs.coordinates();
+  best.resize(static_cast<std::size_t>(points.cols()));
+  const MarginalPosterior start(options_.model, points_, values_, noise);
+  Eigen::VectorXd best_t = start.ToUnconstrained(hyperparameters_);
+  double best_value = density_of(InputMap(best), &best_t);
+  for (int round = 0; round < kRounds; ++round) {
+    for (std::size_t k = 0; k < best.size(); ++k) {
+      if (best[k].categories > 0) continue;
+      for (const auto& [a, b] : kShapes) {
+        if (a == best[k].a && b == best[k].b) continue;
+        std::vector<InputMap::Coordinate> trial = best;
+        trial[k].a = a;
+        trial[k].b = b;
+        Eigen::VectorXd t = best_t;
+        const double value = density_of(InputMap(trial), &t);
+        if (value <= best_value + (best[k].a == 1 && best[k].b == 1 ? kWorthwhile : 0)) continue;
+        best_value = value;
+        best_t = t;
+        best = trial;
+      }
+    }
+  }
+  options_.inputs = InputMap(best);
+  if (options_.inputs.identity()) return;
+  points_ = options_.inputs.Map(points);
+  const MarginalPosterior posterior(options_.model, points_, values_, noise);
+  log_posterior_density_ = Climb(posterior, options_.max_iterations, &best_t, &evaluations_);
+  hyperparameters_ = posterior.FromUnconstrained(best_t);
 }
 
 void GaussianProcess::Optimise(const Eigen::VectorXd& noise) {
@@ -200,10 +259,15 @@ void GaussianProcess::Optimise(const Eigen::VectorXd& noise) {
   if (values_.size() <= options_.screening_points) {
     best = best_of(posterior);
   } else {
-    const std::vector<Eigen::Index> rows = SpreadSubset(points_, options_.screening_points);
-    best = best_of(
-        MarginalPosterior(options_.model, points_(rows, Eigen::all), values_(rows), noise(rows)));
-    log_posterior_density_ = Climb(posterior, options_.max_iterations, &best, &evaluations_);
+    const auto density_on = [&](Eigen::Index count) {
+      const std::vector<Eigen::Index> rows = SpreadSubset(points_, count);
+      return MarginalPosterior(options_.model, points_(rows, Eigen::all), values_(rows),
+                               noise(rows));
+    };
+    best = best_of(density_on(options_.screening_points));
+    const bool many = values_.size() > options_.learning_points;
+    log_posterior_density_ = Climb(many ? density_on(options_.learning_points) : posterior,
+                                   options_.max_iterations, &best, &evaluations_);
   }
   hyperparameters_ = posterior.FromUnconstrained(best);
 }
@@ -260,9 +324,11 @@ Prediction GaussianProcess::PredictWithGradient(const Eigen::VectorXd& point,
 
 GaussianProcess::PointPosterior GaussianProcess::PosteriorAt(const Eigen::VectorXd& point,
                                                              int tail_size, bool gradients) const {
-  assert(alpha_.size() > 0 && point.size() == points_.cols() && tail_size <= alpha_.size());
+  assert(alpha_.size() > 0 && tail_size <= alpha_.size());
+  assert(options_.inputs.InputCount(point.size()) == points_.cols());
   const Eigen::ArrayXd inverse_squares = hyperparameters_.lengthscales.array().square().inverse();
-  const Eigen::MatrixXd differences = points_.rowwise() - point.transpose();
+  const Eigen::MatrixXd differences =
+      points_.rowwise() - options_.inputs.Map(point.transpose()).row(0);
   const Eigen::ArrayXd distances =
       (differences.array().square().matrix() * inverse_squares.matrix()).array();
   Eigen::ArrayXd correlation;
@@ -284,16 +350,22 @@ GaussianProcess::PointPosterior GaussianProcess::PosteriorAt(const Eigen::Vector
   const Eigen::MatrixXd jacobian =
       signal * ((differences.array().rowwise() * inverse_squares.transpose()).colwise() * slope);
   const Eigen::VectorXd solved = factor.transpose() * whitened;  // K⁻¹ covariance
-  result.mean_gradient = scale_ * (jacobian.transpose() * alpha_);
-  result.variance_gradient = (-2 * scale_ * scale_) * (jacobian.transpose() * solved);
-  if (tail_size > 0)
-    result.tail_gradient = scale_ * (inverse_factor_.bottomRows(tail_size) * jacobian);
+  const auto pull_back = [&](const Eigen::MatrixXd& rows) {
+    return options_.inputs.PullBack(point, rows);
+  };
+  result.mean_gradient =
+      pull_back(scale_ * (jacobian.transpose() * alpha_).transpose()).transpose();
+  result.variance_gradient =
+      pull_back((-2 * scale_ * scale_) * (jacobian.transpose() * solved).transpose()).transpose();
+  if (tail_size > 0) {
+    result.tail_gradient = pull_back(scale_ * (inverse_factor_.bottomRows(tail_size) * jacobian));
+  }
   return result;
 }
 
 void GaussianProcess::PredictMany(const Eigen::MatrixXd& points, Eigen::VectorXd* means,
                                   Eigen::VectorXd* variances, Eigen::MatrixXd* tail) const {
-  const Eigen::MatrixXd covariance = Covariance(points_, points);
+  const Eigen::MatrixXd covariance = Covariance(points_, options_.inputs.Map(points));
   const Eigen::MatrixXd whitened = inverse_factor_.triangularView<Eigen::Lower>() * covariance;
   const double signal = hyperparameters_.signal_variance;
   *means = (scale_ * (covariance.transpose() * alpha_)).array() + offset_;
@@ -305,10 +377,11 @@ void GaussianProcess::PredictMany(const Eigen::MatrixXd& points, Eigen::VectorXd
 
 void GaussianProcess::PredictJoint(const Eigen::MatrixXd& points, Eigen::VectorXd* mean,
                                    Eigen::MatrixXd* covariance) const {
-  const Eigen::MatrixXd cross = Covariance(points_, points);
+  const Eigen::MatrixXd inputs = options_.inputs.Map(points);
+  const Eigen::MatrixXd cross = Covariance(points_, inputs);
   const Eigen::MatrixXd whitened = inverse_factor_.triangularView<Eigen::Lower>() * cross;
   *mean = (scale_ * (cross.transpose() * alpha_)).array() + offset_;
-  *covariance = (scale_ * scale_) * (Covariance(points, points) - whitened.transpose() * whitened);
+  *covariance = (scale_ * scale_) * (Covariance(inputs, inputs) - whitened.transpose() * whitened);
 }
 
 GaussianProcess GaussianProcess::ConditionedOn(const Eigen::MatrixXd& points) const {
@@ -317,9 +390,10 @@ GaussianProcess GaussianProcess::ConditionedOn(const Eigen::MatrixXd& points) co
   GaussianProcess result = *this;
   if (m == 0) return result;
   // [L 0; B M], B = cross L⁻ᵀ, MMᵀ = new − BBᵀ; the inverse is [L⁻¹ 0; −M⁻¹ B L⁻¹ M⁻¹].
+  const Eigen::MatrixXd inputs = options_.inputs.Map(points);
   const Eigen::MatrixXd whitened =
-      inverse_factor_.triangularView<Eigen::Lower>() * Covariance(points_, points);
-  Eigen::MatrixXd schur = Covariance(points, points) - whitened.transpose() * whitened;
+      inverse_factor_.triangularView<Eigen::Lower>() * Covariance(points_, inputs);
+  Eigen::MatrixXd schur = Covariance(inputs, inputs) - whitened.transpose() * whitened;
   const double signal = hyperparameters_.signal_variance;
   schur.diagonal().array() += std::max(hyperparameters_.noise_variance, 1e-8 * signal);
   Eigen::LLT<Eigen::MatrixXd> cholesky(schur);
@@ -330,7 +404,7 @@ GaussianProcess GaussianProcess::ConditionedOn(const Eigen::MatrixXd& points) co
   Eigen::MatrixXd corner = cholesky.matrixL();
   InvertLowerTriangle(corner);
   result.points_.conservativeResize(n + m, Eigen::NoChange);
-  result.points_.bottomRows(m) = points;
+  result.points_.bottomRows(m) = inputs;
   result.inverse_factor_.setZero(n + m, n + m);
   result.inverse_factor_.topLeftCorner(n, n) = inverse_factor_;
   result.inverse_factor_.bottomRightCorner(m, m) = corner;

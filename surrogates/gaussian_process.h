@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "surrogates/input_map.h"
 #include "surrogates/marginal_posterior.h"
 #include "surrogates/surrogate.h"
 
@@ -26,8 +27,13 @@ class GaussianProcess final : public Surrogate {
         1;             ///< > 0; stands for the standard deviation where all values are equal
     int restarts = 4;  ///< starts of the search, 1 … 4
     int screening_points = 50;
+    /// Hyperparameters are learned from at most so many well-spread observations; predictions use
+    /// all of them.
+    int learning_points = 300;
     int max_iterations = 60;                         ///< of L-BFGS, for each start
     std::optional<Hyperparameters> hyperparameters;  ///< not learned when set
+    InputMap inputs;    ///< from points to what the kernel sees; lengthscales belong to its inputs
+    bool warp = false;  ///< learn the warps of `inputs` (prior: ln a, ln b ~ Normal(0, 0.75))
   };
 
   GaussianProcess() : GaussianProcess(Options{}) {}
@@ -81,6 +87,8 @@ class GaussianProcess final : public Surrogate {
   void LeaveOneOut(Eigen::VectorXd* means, Eigen::VectorXd* variances) const;
 
   const Hyperparameters& hyperparameters() const { return hyperparameters_; }
+  /// With the warps as learned.
+  const InputMap& inputs() const { return options_.inputs; }
   /// Standard deviation of the learned common noise, in the units of the observations.
   double noise_sd() const;
   double log_posterior_density() const { return log_posterior_density_; }
@@ -89,9 +97,12 @@ class GaussianProcess final : public Surrogate {
   int evaluations() const { return evaluations_; }
 
  private:
+  friend class SampledProcess;
+
   void Optimise(const Eigen::VectorXd& noise);
+  void LearnWarps(const Eigen::MatrixXd& points, const Eigen::VectorXd& noise);
   void Factorise(const Eigen::VectorXd& noise);
-  /// Prior covariances of the rows of a with those of b, without noise.
+  /// Prior covariances of the rows of a with those of b (inputs), without noise.
   Eigen::MatrixXd Covariance(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) const;
 
   Options options_;
@@ -100,7 +111,7 @@ class GaussianProcess final : public Surrogate {
   int evaluations_ = 0;
   double offset_ = 0;
   double scale_ = 1;
-  Eigen::MatrixXd points_;
+  Eigen::MatrixXd points_;          // inputs of the kernel, n rows
   Eigen::VectorXd values_;          // standardised
   Eigen::MatrixXd inverse_factor_;  // L⁻¹ in the lower triangle, zero above, LLᵀ = K
   Eigen::VectorXd alpha_;           // K⁻¹ y

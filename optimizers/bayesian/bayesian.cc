@@ -13,57 +13,55 @@
 #include <stdexcept>
 
 #include "core/random.h"
-#include "optimizers/bayesian/acquisition.h"
+#include "optimizers/bayesian/improvement.h"
+#include "optimizers/bayesian/models.h"
+#include "optimizers/bayesian/sampled_acquisition.h"
 #include "optimizers/bayesian/scalarisation.h"
+#include "optimizers/bayesian/trust_region.h"
+#include "optimizers/pareto.h"
 
 namespace powdercal {
 namespace {
 
-const std::array<std::string, 2> kAcquisitionNames = {"composite_log_ei", "ei"};
+using Kind = BayesianOptions::Acquisition;
+
+const std::array<std::string, 7> kAcquisitionNames = {
+    "automatic", "composite_log_ei", "ei", "log_ei", "qlog_nei", "qlog_nehvi", "qlog_nparego"};
 const std::array<std::string, 2> kKernelNames = {"matern52", "rbf"};
+const std::array<std::string, 3> kTrustRegionNames = {"automatic", "on", "off"};
 constexpr double kDuplicateRadius = 1e-6;  // in the unit box
-constexpr int kMinObservations = 2;        // for a process
 constexpr int kSpaceFillingTrials = 512;
+constexpr int kMaxHypervolumeObjectives = 4;
+constexpr int kTrustRegionDimension = 10;  // above it
+constexpr Eigen::Index kNoiseSamples = 16;
+constexpr Eigen::Index kChebyshevSamples = 64;
 
-Eigen::MatrixXd Rows(const std::vector<Eigen::VectorXd>& points, Eigen::Index dimension) {
-  Eigen::MatrixXd rows(static_cast<Eigen::Index>(points.size()), dimension);
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    rows.row(static_cast<Eigen::Index>(i)) = points[i].transpose();
-  }
-  return rows;
+// Sums of squares are weighed exactly and fast, and their fronts are convex where responses are
+// nearly linear; of responses to be minimised nothing of the kind is known.
+Kind Resolve(Kind kind, const Objectives& objectives) {
+  if (kind != Kind::automatic) return kind;
+  const int count = ObjectiveCount(objectives);
+  const bool minimised = std::any_of(objectives.targets.begin(), objectives.targets.end(),
+                                     [](const Target& target) { return target.minimise; });
+  if (count == 1 || !minimised) return Kind::composite_log_ei;
+  return count <= kMaxHypervolumeObjectives ? Kind::qlog_nehvi : Kind::qlog_nparego;
 }
 
-// Observations of one scalar.
-struct Series {
-  std::vector<Eigen::VectorXd> points;
-  std::vector<double> values;
-  std::vector<double> variances;
+bool ForSeveral(Kind kind) { return kind == Kind::qlog_nehvi || kind == Kind::qlog_nparego; }
 
-  void Add(const Eigen::VectorXd& point, double value, double variance) {
-    points.push_back(point);
-    values.push_back(value);
-    variances.push_back(std::isfinite(variance) && variance > 0 ? variance : 0);
-  }
-};
-
-Eigen::VectorXd Vector(const std::vector<double>& values) {
-  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
-}
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
+// Modelled as one number.
+bool ForScalar(Kind kind) { return kind == Kind::ei || kind == Kind::log_ei; }
 
 class Bayesian final : public Optimizer {
  public:
   Bayesian(const BayesianOptions& options, const SearchSpace& space, const Objectives& objectives,
            std::uint64_t seed)
       : options_(options),
+        space_(space),
         dimension_(space.dimension()),
         objectives_(Numbered(objectives)),
         objective_count_(ObjectiveCount(objectives_)),
+        kind_(Resolve(options.acquisition, objectives_)),
         stream_(RandomStream(seed).Split("bayesian")) {
     if (ExplainUnsupported(space, objectives).empty()) {
       design_ = MakeDesign(options.initial_design, space, seed);
@@ -76,8 +74,10 @@ class Bayesian final : public Optimizer {
   Capabilities capabilities() const override {
     return {.noise = true,
             .asynchronous = true,
-            .pareto = options_.acquisition == BayesianOptions::Acquisition::composite_log_ei,
-            .failures = true};
+            .pareto = options_.acquisition == Kind::automatic || kind_ == Kind::composite_log_ei ||
+                      ForSeveral(kind_),
+            .failures = true,
+            .discrete = true};
   }
   std::string ExplainUnsupported(const SearchSpace& space,
                                  const Objectives& objectives) const override;
@@ -86,33 +86,34 @@ class Bayesian final : public Optimizer {
   Candidate Propose();
   Scalarisation Scalarise() const;
   double Scalarised(const Observation& observation, const Eigen::ArrayXd& weights) const;
-  std::optional<Acquisition> MakeAcquisition(const Scalarisation& scalarisation) const;
-  GaussianProcess FitProcess(const Series& series, double fallback_scale) const;
-  void FitResponses(const Scalarisation& scalarisation, std::vector<GaussianProcess>* processes,
-                    Acquisition::Objective* objective) const;
-  void FitObjective(std::vector<GaussianProcess>* processes,
-                    Acquisition::Objective* objective) const;
+  /// Objectives of the complete observations, in the order of ids; rows of NaN for the others.
+  Eigen::MatrixXd ObjectiveRows() const;
+  Models FitModels() const;
+  std::unique_ptr<Acquisition> MakeAcquisition(const Scalarisation& scalarisation) const;
+  std::unique_ptr<Acquisition> MakeSampledAcquisition() const;
+  std::vector<ObjectiveTerm> Terms() const;
+  Feasibility LearnFeasibility() const;
+  Eigen::VectorXd Reference() const;
   Eigen::VectorXd FarthestPoint(std::uint64_t seed) const;
-  Eigen::MatrixXd Anchors(const Scalarisation& scalarisation) const;
+  Eigen::MatrixXd Anchors(const Scalarisation& scalarisation, const Acquisition& acquisition) const;
+  void LimitToTrustRegion(MaximisationLimits* limits) const;
   Eigen::MatrixXd Taken() const;
   bool IsTaken(const Eigen::VectorXd& point) const;
   bool TooManyFailures() const;
-  bool Complete(const Observation& observation) const {
-    return !observation.failed && observation.responses.allFinite();
-  }
 
   BayesianOptions options_;
+  SearchSpace space_;
   int dimension_;
   Objectives objectives_;
   int objective_count_;
+  Kind kind_;
   RandomStream stream_;
   std::vector<DesignPoint> design_;
   std::size_t design_next_ = 0;
   std::int64_t asked_ = 0;
   std::map<std::int64_t, Eigen::VectorXd> pending_;
-  // By id, so that the order of telling makes no difference, not even of rounding.
-  std::map<std::int64_t, Observation> observations_;
-  std::optional<Acquisition> acquisition_;  // given observations_ and pending_; none: to be made
+  ObservationsById observations_;
+  std::optional<Models> models_;  // of observations_; none: to be fitted
   std::string message_;
 };
 
@@ -120,10 +121,43 @@ std::string Bayesian::ExplainUnsupported(const SearchSpace& space,
                                          const Objectives& objectives) const {
   if (space.dimension() == 0) return "there is no parameter to search";
   if (objectives.targets.empty()) return "there is no observed response to match";
-  if (options_.acquisition == BayesianOptions::Acquisition::ei &&
-      ObjectiveCount(Numbered(objectives)) > 1) {
-    return "`acquisition: ei` models one chi² and the study has several objectives; use "
-           "`acquisition: composite_log_ei`, or `objective: joint`";
+  const Objectives numbered = Numbered(objectives);
+  const int count = ObjectiveCount(numbered);
+  const Kind kind = Resolve(options_.acquisition, numbered);
+  const std::string& name = kAcquisitionNames[static_cast<std::size_t>(kind)];
+  if (ForScalar(kind) && count > 1) {
+    return fmt::format(
+        "`acquisition: {}` models one chi² and the study has several objectives; use `acquisition: "
+        "qlog_nehvi`, qlog_nparego or composite_log_ei, or `objective: joint`",
+        name);
+  }
+  if (kind == Kind::qlog_nei && count > 1) {
+    return "`acquisition: qlog_nei` improves one objective and the study has several; use "
+           "`acquisition: qlog_nehvi`, or `objective: joint`";
+  }
+  if (ForSeveral(kind) && count == 1) {
+    return fmt::format(
+        "`acquisition: {}` is for several objectives and the study has one; use `acquisition: "
+        "composite_log_ei` or qlog_nei, or `objective: pareto`",
+        name);
+  }
+  if (kind == Kind::qlog_nehvi && count > kMaxHypervolumeObjectives) {
+    return fmt::format(
+        "`acquisition: qlog_nehvi` takes up to {} objectives and the study has {}; use "
+        "`acquisition: qlog_nparego`",
+        kMaxHypervolumeObjectives, count);
+  }
+  for (const Target& target : numbered.targets) {
+    if (!target.minimise) continue;
+    if (kind == Kind::composite_log_ei && count > 1) {
+      return "`acquisition: composite_log_ei` weighs sums of squares and an objective is a "
+             "response "
+             "to be minimised; use `acquisition: qlog_nehvi` or qlog_nparego";
+    }
+    const auto same =
+        std::count_if(numbered.targets.begin(), numbered.targets.end(),
+                      [&](const Target& other) { return other.objective == target.objective; });
+    if (same > 1) return "an objective that is a response to be minimised can have no other target";
   }
   return options_.initial_design.ExplainUnsupported(space);
 }
@@ -138,14 +172,8 @@ std::vector<Candidate> Bayesian::Ask(int max_count) {
       if (options_.de_duplication && IsTaken(next.point)) continue;
       candidate.point = next.point;
       candidate.origin = "initial design: " + next.label;
-      acquisition_.reset();
     } else {
       candidate = Propose();
-      if (objective_count_ > 1) {
-        acquisition_.reset();  // the next proposal has weights of its own
-      } else if (acquisition_) {
-        acquisition_->AddPending(candidate.point);
-      }
     }
     candidate.id = asked_++;
     pending_[candidate.id] = candidate.point;
@@ -178,23 +206,25 @@ void Bayesian::Tell(std::span<const Observation> observations) {
     }
     kept.failed = kept.responses.array().isNaN().all();
   }
-  acquisition_.reset();
+  models_.reset();
 }
 
-Scalarisation Bayesian::Scalarise() const {
+Eigen::MatrixXd Bayesian::ObjectiveRows() const {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-  Eigen::MatrixXd chi2 = Eigen::MatrixXd::Constant(static_cast<Eigen::Index>(observations_.size()),
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Constant(static_cast<Eigen::Index>(observations_.size()),
                                                    objective_count_, kNaN);
   Eigen::Index row = 0;
   for (const auto& [id, observation] : observations_) {
-    if (Complete(observation)) {
-      for (int o = 0; o < objective_count_; ++o) {
-        chi2(row, o) = ChiSquared(objectives_, observation.responses, observation.variances, o);
-      }
+    for (int o = 0; o < objective_count_ && Complete(observation); ++o) {
+      rows(row, o) = ChiSquared(objectives_, observation.responses, observation.variances, o);
     }
     ++row;
   }
-  return MakeScalarisation(chi2, asked_,
+  return rows;
+}
+
+Scalarisation Bayesian::Scalarise() const {
+  return MakeScalarisation(ObjectiveRows(), asked_,
                            stream_.Split(static_cast<std::uint64_t>(asked_)).Split("objectives"));
 }
 
@@ -210,27 +240,31 @@ Candidate Bayesian::Propose() {
   const RandomStream stream = stream_.Split(static_cast<std::uint64_t>(asked_));
   const Scalarisation scalarisation = Scalarise();
   message_.clear();
-  if (!acquisition_) {
-    try {
-      acquisition_ = MakeAcquisition(scalarisation);
-      if (!acquisition_) message_ = "fewer than two evaluations have succeeded";
-    } catch (const std::exception& error) {
-      message_ = fmt::format("no surrogate could be fitted ({})", error.what());
-    }
+  std::unique_ptr<Acquisition> acquisition;
+  try {
+    if (!models_) models_ = FitModels();
+    if (!models_->processes.empty()) acquisition = MakeAcquisition(scalarisation);
+    if (!acquisition) message_ = "fewer than two evaluations have succeeded";
+  } catch (const std::exception& error) {
+    message_ = fmt::format("no surrogate could be fitted ({})", error.what());
   }
-  if (acquisition_) {
-    MaximisationLimits limits{.taken = Taken(),
+  if (acquisition) {
+    MaximisationLimits limits{.space = &space_,
+                              .lower = Eigen::VectorXd::Zero(dimension_),
+                              .upper = Eigen::VectorXd::Ones(dimension_),
+                              .taken = Taken(),
                               .radius = options_.de_duplication ? kDuplicateRadius : -1,
                               .min_feasibility = TooManyFailures() ? 0.5 : 0};
-    const Eigen::MatrixXd anchors = Anchors(scalarisation);
-    Eigen::VectorXd point = MaximiseAcquisition(*acquisition_, anchors, limits, stream.seed());
+    LimitToTrustRegion(&limits);
+    const Eigen::MatrixXd anchors = Anchors(scalarisation, *acquisition);
+    Eigen::VectorXd point = MaximiseAcquisition(*acquisition, anchors, limits, stream.seed());
     if (point.size() == 0 && limits.min_feasibility > 0) {
       limits.min_feasibility = 0;
-      point = MaximiseAcquisition(*acquisition_, anchors, limits, stream.seed());
+      point = MaximiseAcquisition(*acquisition, anchors, limits, stream.seed());
     }
     if (point.size() > 0) {
-      std::string origin = kAcquisitionNames[static_cast<std::size_t>(options_.acquisition)];
-      if (objective_count_ > 1) {
+      std::string origin = kAcquisitionNames[static_cast<std::size_t>(kind_)];
+      if (objective_count_ > 1 && kind_ != Kind::qlog_nehvi) {
         const std::vector<double> shares(scalarisation.shares.begin(), scalarisation.shares.end());
         origin += fmt::format(", weights {:.2f}", fmt::join(shares, " : "));
       }
@@ -242,105 +276,73 @@ Candidate Bayesian::Propose() {
   return {.point = FarthestPoint(stream.seed()), .origin = "space filling: " + message_};
 }
 
-GaussianProcess Bayesian::FitProcess(const Series& series, double fallback_scale) const {
-  GaussianProcess::Options options;
-  options.model.kernel = options_.kernel;
-  // Simulations are often free of noise, and then a handful of points cannot show it: the process's
-  // own prior, LogNormal(−4, 1), makes it miss targets by a tenth of the spread of the responses.
-  // This one is lower, and wide enough for the noise that is there: medians of chi² on the
-  // environmental model of 4 parameters fall tenfold at 30 evaluations. The weaker tie of the
-  // lengthscales finds inputs that do nothing sooner.
-  options.model.noise_location = -6;
-  options.model.noise_scale = 2;
-  options.model.lengthscale_spread = 1;
-  options.fallback_scale = fallback_scale;
-  // Without any spread in the data the learned scale of the function would shrink to nothing.
-  const auto [low, high] = std::minmax_element(series.values.begin(), series.values.end());
-  if (*low == *high) options.model.signal_variance = 1;
-  GaussianProcess process(options);
-  process.Fit(Rows(series.points, dimension_), Vector(series.values), Vector(series.variances));
-  return process;
+Models Bayesian::FitModels() const {
+  const ModelOptions options{.kernel = options_.kernel, .warp = options_.input_warping};
+  return ForScalar(kind_) ? FitObjective(space_, objectives_, observations_, options)
+                          : FitResponses(space_, objectives_, observations_, options);
 }
 
-void Bayesian::FitResponses(const Scalarisation& scalarisation,
-                            std::vector<GaussianProcess>* processes,
-                            Acquisition::Objective* objective) const {
-  std::vector<double> targets;
-  std::vector<double> weights;
-  std::set<int> known;  // objectives
-  for (std::size_t j = 0; j < objectives_.targets.size(); ++j) {
-    const Target& target = objectives_.targets[j];
-    const auto index = static_cast<Eigen::Index>(j);
-    Series series;
-    for (const auto& [id, observation] : observations_) {
-      if (observation.failed || std::isnan(observation.responses[index])) continue;
-      series.Add(observation.point, observation.responses[index], observation.variances[index]);
-    }
-    // A response that has not been seen yet waits; the others go on.
-    if (series.values.size() < kMinObservations) continue;
-    // As in ChiSquared, with one weight for all points.
-    targets.push_back(target.value);
-    weights.push_back(scalarisation.weights[target.objective] /
-                      (target.sd * target.sd + Median(series.variances)));
-    // If all values are equal they differ from the target by the scale that matters.
-    const double scale = std::max(std::abs(series.values.front() - target.value), target.sd);
-    processes->push_back(FitProcess(series, scale));
-    known.insert(target.objective);
+// Of each objective. Weights are those of ChiSquared, with one for all points.
+std::vector<ObjectiveTerm> Bayesian::Terms() const {
+  std::vector<ObjectiveTerm> terms(static_cast<std::size_t>(objective_count_));
+  for (std::size_t i = 0; i < models_->targets.size(); ++i) {
+    const Target& target = objectives_.targets[models_->targets[i]];
+    ObjectiveTerm& term = terms[static_cast<std::size_t>(target.objective)];
+    term.linear = target.minimise;
+    term.processes.push_back(i);
+    const auto size = static_cast<Eigen::Index>(term.processes.size());
+    term.targets.conservativeResize(size);
+    term.weights.conservativeResize(size);
+    term.targets[size - 1] = target.value;
+    const double noise = models_->noise_variances[static_cast<Eigen::Index>(i)];
+    term.weights[size - 1] = target.minimise ? 1 / target.sd : 1 / (target.sd * target.sd + noise);
   }
-  // Nothing can be weighed against an objective of which nothing is known.
-  if (static_cast<int>(known.size()) < objective_count_) processes->clear();
-  objective->composite = true;
-  objective->targets = Vector(targets);
-  objective->weights = Vector(weights);
+  return terms;
 }
 
-void Bayesian::FitObjective(std::vector<GaussianProcess>* processes,
-                            Acquisition::Objective* objective) const {
-  Series series;
-  for (const auto& [id, observation] : observations_) {
-    if (!Complete(observation)) continue;
-    // Variance of chi² from those of the responses: w (f − t)², f normal.
-    double variance = 0;
-    for (std::size_t j = 0; j < objectives_.targets.size(); ++j) {
-      const Target& target = objectives_.targets[j];
-      const auto index = static_cast<Eigen::Index>(j);
-      const double v = observation.variances[index];
-      if (!(v > 0)) continue;
-      const double w = 1 / (target.sd * target.sd + v);
-      const double residual = observation.responses[index] - target.value;
-      variance += w * w * (4 * residual * residual * v + 2 * v * v);
-    }
-    series.Add(observation.point,
-               ChiSquared(objectives_, observation.responses, observation.variances), variance);
-  }
-  if (series.values.size() < kMinObservations) return;
-  const Eigen::ArrayXd values = Vector(series.values).array();
-  const double sd =
-      std::sqrt((values - values.mean()).square().sum() / static_cast<double>(values.size() - 1));
-  objective->composite = false;
-  objective->margin = options_.jitter * sd;
-  processes->push_back(FitProcess(series, std::max(1.0, series.values.front())));
-}
-
-std::optional<Acquisition> Bayesian::MakeAcquisition(const Scalarisation& scalarisation) const {
-  std::vector<GaussianProcess> processes;
-  Acquisition::Objective objective;
-  if (options_.acquisition == BayesianOptions::Acquisition::ei) {
-    FitObjective(&processes, &objective);
-  } else {
-    FitResponses(scalarisation, &processes, &objective);
-  }
-  if (processes.empty()) return std::nullopt;
-
+Feasibility Bayesian::LearnFeasibility() const {
   std::vector<Eigen::VectorXd> all;
-  std::vector<double> successes;
+  Eigen::VectorXd successes(static_cast<Eigen::Index>(observations_.size()));
+  for (const auto& [id, observation] : observations_) {
+    successes[static_cast<Eigen::Index>(all.size())] =
+        observation.failed ? 0 : observation.responses.array().isFinite().cast<double>().mean();
+    all.push_back(observation.point);
+  }
+  return Feasibility(Rows(all, dimension_), successes);
+}
+
+std::unique_ptr<Acquisition> Bayesian::MakeAcquisition(const Scalarisation& scalarisation) const {
+  if (kind_ == Kind::qlog_nei || ForSeveral(kind_)) return MakeSampledAcquisition();
+  ImprovementAcquisition::Objective objective;
+  if (ForScalar(kind_) || objectives_.targets.front().minimise) {
+    objective.composite = false;
+    if (kind_ == Kind::ei) {
+      const Eigen::ArrayXd values = ObjectiveRows().col(0).array();
+      const Eigen::ArrayXd known = values.isNaN().select(0, values);
+      const double count = static_cast<double>((!values.isNaN()).count());
+      const double mean = known.sum() / count;
+      const double squares = values.isNaN().select(0, (values - mean).square()).sum();
+      objective.margin = options_.jitter * std::sqrt(squares / (count - 1));
+    }
+  } else {
+    const auto count = static_cast<Eigen::Index>(models_->processes.size());
+    objective.targets.resize(count);
+    objective.weights.resize(count);
+    const std::vector<ObjectiveTerm> terms = Terms();
+    for (std::size_t o = 0; o < terms.size(); ++o) {
+      for (std::size_t j = 0; j < terms[o].processes.size(); ++j) {
+        const auto process = static_cast<Eigen::Index>(terms[o].processes[j]);
+        const auto index = static_cast<Eigen::Index>(j);
+        objective.targets[process] = terms[o].targets[index];
+        objective.weights[process] =
+            scalarisation.weights[static_cast<Eigen::Index>(o)] * terms[o].weights[index];
+      }
+    }
+  }
   std::vector<Eigen::VectorXd> evaluated;
   std::vector<Eigen::VectorXd> partly;
   std::vector<Eigen::VectorXd> failed;
   for (const auto& [id, observation] : observations_) {
-    all.push_back(observation.point);
-    successes.push_back(
-        observation.failed ? 0 : observation.responses.array().isFinite().cast<double>().mean());
     if (observation.failed) {
       failed.push_back(observation.point);
     } else {
@@ -348,28 +350,142 @@ std::optional<Acquisition> Bayesian::MakeAcquisition(const Scalarisation& scalar
     }
   }
   if (evaluated.empty()) evaluated = partly;
-  Acquisition acquisition(std::move(objective), std::move(processes),
-                          Feasibility(Rows(all, dimension_), Vector(successes)),
-                          Rows(evaluated, dimension_), Rows(failed, dimension_),
-                          stream_.Split("pending").seed());
-  for (const auto& [id, point] : pending_) acquisition.AddPending(point);
+  auto acquisition = std::make_unique<ImprovementAcquisition>(
+      std::move(objective), models_->processes, LearnFeasibility(), Rows(evaluated, dimension_),
+      Rows(failed, dimension_), stream_.Split("pending").seed());
+  for (const auto& [id, point] : pending_) acquisition->AddPending(point);
   return acquisition;
 }
 
-Eigen::MatrixXd Bayesian::Anchors(const Scalarisation& scalarisation) const {
-  // The best evaluations as they came out, and the best by the model.
+std::unique_ptr<Acquisition> Bayesian::MakeSampledAcquisition() const {
+  SampledAcquisition::Data data{
+      .processes = models_->processes, .terms = Terms(), .feasibility = LearnFeasibility()};
+  std::vector<Eigen::VectorXd> counted;
+  for (const auto& [id, observation] : observations_) {
+    if (!observation.failed) counted.push_back(observation.point);
+  }
+  for (const auto& [id, point] : pending_) counted.push_back(point);
+  for (const std::size_t target : models_->targets) {
+    std::vector<Eigen::VectorXd> unobserved;
+    for (const auto& [id, observation] : observations_) {
+      if (observation.failed ||
+          std::isnan(observation.responses[static_cast<Eigen::Index>(target)])) {
+        unobserved.push_back(observation.point);
+      }
+    }
+    for (const auto& [id, point] : pending_) unobserved.push_back(point);
+    data.unobserved.push_back(Rows(unobserved, dimension_));
+  }
+  data.counted = Rows(counted, dimension_);
+  Eigen::Index samples = kNoiseSamples;
+  std::unique_ptr<SampleUtility> utility;
+  if (kind_ == Kind::qlog_nei) {
+    utility = MakeImprovementUtility(data.terms[0], samples);
+  } else if (kind_ == Kind::qlog_nehvi) {
+    utility = MakeHypervolumeUtility(data.terms, Reference(), samples);
+  } else {
+    samples = kChebyshevSamples;
+    RandomStream random = stream_.Split(static_cast<std::uint64_t>(asked_)).Split("outcomes");
+    Eigen::MatrixXd normals(static_cast<Eigen::Index>(data.processes.size()), samples);
+    for (double& z : normals.reshaped()) z = random.Normal();
+    utility = MakeChebyshevUtility(data.terms, Scalarise().shares, normals);
+  }
+  return std::make_unique<SampledAcquisition>(std::move(data), std::move(utility), samples,
+                                              stream_.Split("samples").seed());
+}
+
+// The user's, or a tenth of the front's extent beyond its worst values. A front of one point has no
+// extent: then beyond the worst that was seen.
+Eigen::VectorXd Bayesian::Reference() const {
+  if (static_cast<int>(objectives_.reference.size()) == objective_count_) {
+    return Eigen::Map<const Eigen::VectorXd>(objectives_.reference.data(), objective_count_);
+  }
+  constexpr double kMargin = 0.1;
+  const Eigen::MatrixXd rows = ObjectiveRows();
+  std::vector<std::size_t> front = NonDominated(rows);
+  if (front.size() < 2) {
+    front.clear();
+    for (Eigen::Index i = 0; i < rows.rows(); ++i) {
+      if (rows.row(i).allFinite()) front.push_back(static_cast<std::size_t>(i));
+    }
+  }
+  Eigen::VectorXd reference(objective_count_);
+  for (int o = 0; o < objective_count_; ++o) {
+    double low = std::numeric_limits<double>::infinity();
+    double high = -low;
+    for (const std::size_t i : front) {
+      low = std::min(low, rows(static_cast<Eigen::Index>(i), o));
+      high = std::max(high, rows(static_cast<Eigen::Index>(i), o));
+    }
+    reference[o] = high + kMargin * std::max(high - low, 1e-6 * std::max(1.0, std::abs(high)));
+  }
+  return reference;
+}
+
+Eigen::MatrixXd Bayesian::Anchors(const Scalarisation& scalarisation,
+                                  const Acquisition& acquisition) const {
+  // The best evaluations as they came out, and the best by the model; of several objectives the
+  // front.
   constexpr std::size_t kAnchors = 4;
+  constexpr std::size_t kFrontAnchors = 12;
+  std::vector<Eigen::VectorXd> points = {acquisition.best_point()};
+  if (ForSeveral(kind_)) {
+    std::vector<Eigen::VectorXd> all;
+    for (const auto& [id, observation] : observations_) all.push_back(observation.point);
+    const std::vector<std::size_t> front = NonDominated(ObjectiveRows());
+    const std::size_t step = front.size() / kFrontAnchors + 1;
+    for (std::size_t i = 0; i < front.size(); i += step) points.push_back(all[front[i]]);
+    return Rows(points, dimension_);
+  }
   std::vector<std::pair<double, std::int64_t>> ranked;
   for (const auto& [id, observation] : observations_) {
     if (!Complete(observation)) continue;
     ranked.emplace_back(Scalarised(observation, scalarisation.weights), id);
   }
   std::sort(ranked.begin(), ranked.end());
-  std::vector<Eigen::VectorXd> points = {acquisition_->best_point()};
   for (std::size_t i = 0; i < std::min(kAnchors, ranked.size()); ++i) {
     points.push_back(observations_.at(ranked[i].second).point);
   }
   return Rows(points, dimension_);
+}
+
+void Bayesian::LimitToTrustRegion(MaximisationLimits* limits) const {
+  const bool wanted = options_.trust_region == BayesianOptions::TrustRegion::on ||
+                      (options_.trust_region == BayesianOptions::TrustRegion::automatic &&
+                       dimension_ > kTrustRegionDimension);
+  // The front of several objectives has no one best point.
+  if (!wanted || objective_count_ > 1) return;
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  double before = kInfinity;
+  double best = kInfinity;
+  Eigen::VectorXd best_point;
+  std::vector<double> values;
+  for (const auto& [id, observation] : observations_) {
+    const double value = Complete(observation)
+                             ? ChiSquared(objectives_, observation.responses, observation.variances)
+                             : kInfinity;
+    if (value < best) {
+      best = value;
+      best_point = observation.point;
+    }
+    if (id < static_cast<std::int64_t>(design_.size())) {
+      before = std::min(before, value);
+    } else {
+      values.push_back(value);
+    }
+  }
+  if (best_point.size() == 0) return;
+  // Geometric means over the responses; those of categories have no length in the box.
+  Eigen::ArrayXd logarithms = Eigen::ArrayXd::Zero(dimension_);
+  if (!space_.discrete()) {
+    for (const GaussianProcess& process : models_->processes) {
+      logarithms += process.hyperparameters().lengthscales.array().log();
+    }
+    logarithms /= static_cast<double>(models_->processes.size());
+  }
+  const TrustRegion region = FindTrustRegion(best_point, before, values, logarithms.exp().matrix());
+  limits->lower = region.lower;
+  limits->upper = region.upper;
 }
 
 Eigen::MatrixXd Bayesian::Taken() const {
@@ -396,7 +512,7 @@ bool Bayesian::TooManyFailures() const {
 Eigen::VectorXd Bayesian::FarthestPoint(std::uint64_t seed) const {
   const Eigen::MatrixXd trials = SobolPoints(kSpaceFillingTrials, dimension_, seed);
   const Eigen::MatrixXd taken = Taken();
-  if (taken.rows() == 0) return trials.row(0).transpose();
+  if (taken.rows() == 0) return space_.Snap(trials.row(0).transpose());
   Eigen::Index farthest = 0;
   double distance = -1;
   for (Eigen::Index i = 0; i < trials.rows(); ++i) {
@@ -406,7 +522,7 @@ Eigen::VectorXd Bayesian::FarthestPoint(std::uint64_t seed) const {
       farthest = i;
     }
   }
-  return trials.row(farthest).transpose();
+  return space_.Snap(trials.row(farthest).transpose());
 }
 
 class BayesianFactory final : public OptimizerFactory {
@@ -442,6 +558,8 @@ void BayesianOptions::Serialize(Archive& archive, const SearchSpace& space) {
   archive.Enumeration("kernel", kernel, "kernel", kKernelNames);
   initial_design.SerializeSection(archive, "initial_design", space);
   archive.Flag("de_duplication", de_duplication);
+  archive.Flag("input_warping", input_warping);
+  archive.Enumeration("trust_region", trust_region, "trust region", kTrustRegionNames);
 }
 
 std::unique_ptr<Optimizer> MakeBayesian(const BayesianOptions& options, const SearchSpace& space,

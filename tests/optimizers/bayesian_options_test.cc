@@ -25,7 +25,7 @@ std::string ReadError(const std::string& text) {
 
 TEST(BayesianOptionsTest, Defaults) {
   const BayesianOptions options = Read("{}");
-  EXPECT_EQ(options.acquisition, BayesianOptions::Acquisition::composite_log_ei);
+  EXPECT_EQ(options.acquisition, BayesianOptions::Acquisition::automatic);
   EXPECT_EQ(options.kernel, Kernel::matern52);
   EXPECT_EQ(options.initial_design.name, "sobol");
   EXPECT_TRUE(options.de_duplication);
@@ -90,7 +90,7 @@ TEST(BayesianOptionsTest, SaysWhatItCannotTreat) {
   EXPECT_EQ(ei->ExplainUnsupported(UnitBox(2), joint), "");
   EXPECT_THAT(ei->ExplainUnsupported(UnitBox(2), pareto),
               testing::AllOf(testing::HasSubstr("several objectives"),
-                             testing::HasSubstr("acquisition: composite_log_ei")));
+                             testing::HasSubstr("composite_log_ei")));
   EXPECT_THAT(optimizer->ExplainUnsupported(UnitBox(2), Objectives{}),
               testing::HasSubstr("no observed response"));
   EXPECT_THAT(optimizer->ExplainUnsupported(SearchSpace{}, joint),

@@ -8,6 +8,7 @@
 #include <limits>
 #include <numbers>
 
+#include "core/random.h"
 #include "optimizers/bayesian/bayesian.h"
 #include "optimizers/bayesian/scalarisation.h"
 #include "tests/optimizers/problems.h"
@@ -247,6 +248,50 @@ TEST(BayesianParetoTest, AnObjectiveMayBeMissingThroughout) {
   const auto optimizer = MakeBayesian({}, UnitBox(2), problem.objectives(), 2);
   RunSerially(optimizer.get(), responses, 8);
   EXPECT_THAT(optimizer->Ask(1)[0].origin, HasSubstr("space filling"));
+}
+
+// The share of random points of the box below the reference that a front dominates.
+double SampledHypervolume(const Eigen::MatrixXd& front, const Eigen::VectorXd& reference,
+                          int draws) {
+  RandomStream random(5);
+  int dominated = 0;
+  Eigen::VectorXd point(reference.size());
+  for (int i = 0; i < draws; ++i) {
+    for (Eigen::Index k = 0; k < point.size(); ++k) point[k] = random.Uniform() * reference[k];
+    for (Eigen::Index row = 0; row < front.rows(); ++row) {
+      if ((front.row(row).transpose().array() <= point.array()).all()) {
+        ++dominated;
+        break;
+      }
+    }
+  }
+  return reference.prod() * dominated / draws;
+}
+
+TEST(HypervolumeTest, KnownVolumes) {
+  EXPECT_EQ(Hypervolume(Eigen::MatrixXd(0, 2), Eigen::Vector2d(1, 1)), 0);
+  EXPECT_EQ(Hypervolume(Eigen::MatrixXd{{0.25}, {0.5}}, Eigen::VectorXd::Ones(1)), 0.75);
+  const Eigen::MatrixXd front{{1, 3}, {2, 2}, {3, 1}, {3, 3}, {5, 0}, {kNaN, 0}};
+  EXPECT_EQ(Hypervolume(front, Eigen::Vector2d(4, 4)), 6);
+  EXPECT_EQ(Hypervolume(Eigen::MatrixXd{{1, 1, 1}, {0, 1, 2}}, Eigen::Vector3d(2, 2, 3)),
+            2 + 2 - 1);
+}
+
+TEST(HypervolumeTest, AgreesWithSamplingAndBoxesFillTheRest) {
+  RandomStream random(3);
+  for (const int objectives : {2, 3, 4}) {
+    Eigen::MatrixXd points(12, objectives);
+    for (double& x : points.reshaped()) x = random.Uniform();
+    const Eigen::VectorXd reference = Eigen::VectorXd::Constant(objectives, 1.1);
+    const double volume = Hypervolume(points, reference);
+    EXPECT_NEAR(volume, SampledHypervolume(points, reference, 100'000), 0.01);
+    const Boxes boxes = NonDominatedBoxes(points, reference);
+    double rest = 0;
+    for (Eigen::Index b = 0; b < boxes.lower.rows(); ++b) {
+      rest += (boxes.upper.row(b).array() - boxes.lower.row(b).array().max(0)).max(0).prod();
+    }
+    EXPECT_NEAR(volume + rest, reference.prod(), 1e-9);
+  }
 }
 
 }  // namespace

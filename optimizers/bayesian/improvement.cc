@@ -1,4 +1,4 @@
-#include "optimizers/bayesian/acquisition.h"
+#include "optimizers/bayesian/improvement.h"
 
 #include <algorithm>
 #include <cassert>
@@ -16,20 +16,13 @@ constexpr int kSamples = 16;  // of the outcomes of pending evaluations
 // chi² below which there is nothing left to improve; only keeps logarithms finite.
 constexpr double kSmallestObjective = 1e-16;
 
-// ln mean exp of the values; weights: their shares.
-double LogMeanExp(const Eigen::ArrayXd& values, Eigen::ArrayXd* shares) {
-  const double largest = values.maxCoeff();
-  *shares = (values - largest).exp();
-  const double sum = shares->sum();
-  *shares /= sum;
-  return largest + std::log(sum / static_cast<double>(values.size()));
-}
-
 }  // namespace
 
-Acquisition::Acquisition(Objective objective, std::vector<GaussianProcess> processes,
-                         Feasibility feasibility, const Eigen::MatrixXd& evaluated,
-                         const Eigen::MatrixXd& failed, std::uint64_t seed)
+ImprovementAcquisition::ImprovementAcquisition(Objective objective,
+                                               std::vector<GaussianProcess> processes,
+                                               Feasibility feasibility,
+                                               const Eigen::MatrixXd& evaluated,
+                                               const Eigen::MatrixXd& failed, std::uint64_t seed)
     : objective_(std::move(objective)),
       processes_(std::move(processes)),
       feasibility_(std::move(feasibility)),
@@ -56,15 +49,16 @@ Acquisition::Acquisition(Objective objective, std::vector<GaussianProcess> proce
   sample_bests_ = {best_};
 }
 
-double Acquisition::ObjectiveOf(const Eigen::ArrayXd& responses) const {
+double ImprovementAcquisition::ObjectiveOf(const Eigen::ArrayXd& responses) const {
   if (!objective_.composite) return responses[0];
   return std::max(kSmallestObjective,
                   (objective_.weights * (responses - objective_.targets).square()).sum());
 }
 
-double Acquisition::LogImprovementOf(double best, const Eigen::ArrayXd& means,
-                                     const Eigen::ArrayXd& variances, Eigen::ArrayXd* by_mean,
-                                     Eigen::ArrayXd* by_variance) const {
+double ImprovementAcquisition::LogImprovementOf(double best, const Eigen::ArrayXd& means,
+                                                const Eigen::ArrayXd& variances,
+                                                Eigen::ArrayXd* by_mean,
+                                                Eigen::ArrayXd* by_variance) const {
   if (objective_.composite) {
     return CompositeLogExpectedImprovement(best, means - objective_.targets, variances,
                                            objective_.weights, by_mean, by_variance);
@@ -76,7 +70,7 @@ double Acquisition::LogImprovementOf(double best, const Eigen::ArrayXd& means,
   return improvement.value;
 }
 
-void Acquisition::AddPending(const Eigen::VectorXd& point) {
+void ImprovementAcquisition::AddPending(const Eigen::VectorXd& point) {
   const auto count = static_cast<Eigen::Index>(processes_.size());
   if (pending_ == 0) {
     sample_bests_.assign(kSamples, best_);
@@ -106,7 +100,8 @@ void Acquisition::AddPending(const Eigen::VectorXd& point) {
   ++pending_;
 }
 
-double Acquisition::Evaluate(const Eigen::VectorXd& point, Eigen::VectorXd* gradient) const {
+double ImprovementAcquisition::Evaluate(const Eigen::VectorXd& point,
+                                        Eigen::VectorXd* gradient) const {
   const auto count = static_cast<Eigen::Index>(processes_.size());
   const auto sample_count = static_cast<Eigen::Index>(sample_bests_.size());
   std::vector<GaussianProcess::PointPosterior> posteriors;
@@ -154,7 +149,7 @@ double Acquisition::Evaluate(const Eigen::VectorXd& point, Eigen::VectorXd* grad
   return value + feasibility_.LogProbability(point, gradient);
 }
 
-Eigen::VectorXd Acquisition::EvaluateMany(const Eigen::MatrixXd& points) const {
+Eigen::VectorXd ImprovementAcquisition::EvaluateMany(const Eigen::MatrixXd& points) const {
   const auto count = static_cast<Eigen::Index>(processes_.size());
   const auto sample_count = static_cast<Eigen::Index>(sample_bests_.size());
   Eigen::MatrixXd means(points.rows(), count);
