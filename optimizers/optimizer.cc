@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <stdexcept>
 
 #include "core/errors.h"
@@ -10,6 +11,7 @@
 #include "optimizers/designs/design_optimizer.h"
 #include "optimizers/least_squares/least_squares.h"
 #include "optimizers/least_squares/surrogate_lm.h"
+#include "optimizers/metaheuristics/metaheuristic.h"
 #include "optimizers/random_search.h"
 
 namespace powdercal {
@@ -22,13 +24,21 @@ struct Entry {
   Maker make;
 };
 
-constexpr std::array<Entry, 9> kOptimizers = {{
+constexpr std::array<Entry, 17> kOptimizers = {{
+    {"ant_colony", MakeMetaheuristicFactory},
     {"bayesian", [](const std::string&) { return MakeBayesianFactory(); }},
+    {"cma_es", MakeMetaheuristicFactory},
     {"corners_and_centre", MakeDesignFactory},
+    {"differential_evolution", MakeMetaheuristicFactory},
+    {"genetic", MakeMetaheuristicFactory},
     {"grid", MakeDesignFactory},
     {"latin_hypercube", MakeDesignFactory},
     {"least_squares", [](const std::string&) { return MakeLeastSquaresFactory(); }},
     {"list", MakeDesignFactory},
+    {"moead", MakeMetaheuristicFactory},
+    {"nsga2", MakeMetaheuristicFactory},
+    {"nspso", MakeMetaheuristicFactory},
+    {"particle_swarm", MakeMetaheuristicFactory},
     {"random", [](const std::string&) { return MakeRandomSearchFactory(); }},
     {"sobol", MakeDesignFactory},
     {"surrogate_lm", [](const std::string&) { return MakeSurrogateLmFactory(); }},
@@ -121,6 +131,18 @@ int ObjectiveCount(const Objectives& objectives) {
   int count = 1;
   for (const Target& target : objectives.targets) count = std::max(count, target.objective + 1);
   return count;
+}
+
+Objectives Numbered(Objectives objectives) {
+  std::map<int, int> numbers;
+  for (Target& target : objectives.targets) {
+    if (objectives.kind == Objectives::Kind::joint) target.objective = 0;
+    numbers.emplace(target.objective, 0);
+  }
+  int next = 0;
+  for (auto& [objective, number] : numbers) number = next++;
+  for (Target& target : objectives.targets) target.objective = numbers.at(target.objective);
+  return objectives;
 }
 
 double ChiSquared(const Objectives& objectives, const Eigen::VectorXd& responses,

@@ -73,6 +73,9 @@ struct Objectives {
 /// joint: 1; pareto: 1 + the highest objective of a target.
 int ObjectiveCount(const Objectives& objectives);
 
+/// The same with objectives numbered 0, 1, … without gaps; all 0 where they are joint.
+Objectives Numbered(Objectives objectives);
+
 /// A point that the optimizer wants evaluated.
 struct Candidate {
   std::int64_t id = 0;    ///< 0, 1, 2, … in the order of asking
@@ -142,9 +145,8 @@ class OptimizerFactory {
                                           std::uint64_t seed) const = 0;
 };
 
-/// Names of all optimizers, sorted: bayesian, corners_and_centre, grid, latin_hypercube,
-/// least_squares, list, random, sobol, surrogate_lm. The designs are optimizers of their own: they
-/// ask for their points and are done.
+/// Names of all optimizers, sorted. The designs (corners_and_centre, grid, latin_hypercube, list,
+/// sobol) are optimizers of their own: they ask for their points and are done.
 std::span<const std::string> OptimizerNames();
 /// Throws InputError for an unknown name.
 std::unique_ptr<OptimizerFactory> MakeOptimizerFactory(const std::string& name);

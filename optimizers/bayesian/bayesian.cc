@@ -36,19 +36,6 @@ constexpr int kTrustRegionDimension = 10;  // above it
 constexpr Eigen::Index kNoiseSamples = 16;
 constexpr Eigen::Index kChebyshevSamples = 64;
 
-// With objectives numbered 0, 1, …, all 0 where they are joint.
-Objectives Numbered(Objectives objectives) {
-  std::map<int, int> numbers;
-  for (Target& target : objectives.targets) {
-    if (objectives.kind == Objectives::Kind::joint) target.objective = 0;
-    numbers.emplace(target.objective, 0);
-  }
-  int next = 0;
-  for (auto& [objective, number] : numbers) number = next++;
-  for (Target& target : objectives.targets) target.objective = numbers.at(target.objective);
-  return objectives;
-}
-
 // Sums of squares are weighed exactly and fast, and their fronts are convex where responses are
 // nearly linear; of responses to be minimised nothing of the kind is known.
 Kind Resolve(Kind kind, const Objectives& objectives) {
