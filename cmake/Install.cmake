@@ -16,6 +16,7 @@ configure_package_config_file(cmake/powdercalConfig.cmake.in powdercalConfig.cma
 write_basic_package_version_file(powdercalConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/powdercalConfig.cmake
               ${CMAKE_CURRENT_BINARY_DIR}/powdercalConfigVersion.cmake
+              ${CMAKE_CURRENT_SOURCE_DIR}/cmake/Finddlib.cmake
               ${CMAKE_CURRENT_SOURCE_DIR}/cmake/Findudunits2.cmake
               ${CMAKE_CURRENT_SOURCE_DIR}/cmake/Findxgboost.cmake
         DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/powdercal)

@@ -184,7 +184,7 @@ json ScatterSpec(const json& response) {
       {"data", {{"values", rows}}},
       {"facet", {{"field", "panel"}, {"type", "nominal"}, {"title", nullptr}, {"sort", nullptr}}},
       {"columns", 3},
-      {"spec", {{"width", 250}, {"height", 250}, {"layer", {diagonal, points}}}}};
+      {"spec", {{"width", 340}, {"height", 300}, {"layer", {diagonal, points}}}}};
 }
 
 std::string Inputs(const json& document) {

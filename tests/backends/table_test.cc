@@ -21,15 +21,15 @@ constexpr const char* kHeader =
     "cohesion_energy_density [kJ/m3],rolling_friction,consolidation.void_ratio,shear.cohesion "
     "[kPa]\n";
 
-// void_ratio = 0.5 + k/(100 kJ/m3) + 0.2 mu_r on a 5 × 5 grid.
+// void_ratio = 0.5 + k/(100 kJ/m3) + 0.2 mu_r on a square grid.
 double TrueVoidRatio(double k, double mu) { return 0.5 + k / 1e5 + 0.2 * mu; }
 
-std::string GridCsv() {
+std::string GridCsv(int side = 5) {
   std::string text = kHeader;
-  for (int i = 0; i < 5; ++i) {
-    for (int j = 0; j < 5; ++j) {
-      const double k = 1e5 * i / 4;
-      const double mu = 0.7 * j / 4;
+  for (int i = 0; i < side; ++i) {
+    for (int j = 0; j < side; ++j) {
+      const double k = 1e5 * i / (side - 1);
+      const double mu = 0.7 * j / (side - 1);
       text += std::to_string(k / 1e3) + "," + std::to_string(mu) + "," +
               std::to_string(TrueVoidRatio(k, mu)) + "," + std::to_string(mu) + "\n";
     }
@@ -123,7 +123,7 @@ TEST_F(TableBackendTest, AnswersFromTheSurrogateThatTheStudyNames) {
 }
 
 TEST_F(TableBackendTest, BestIsChosenForEachResponse) {
-  Write(GridCsv());
+  Write(GridCsv(3));
   problem_.responses.push_back({"shear.cohesion", "Pa"});
   TableBackend backend({.file = "t.csv", .surrogate = TableBackend::kBest});
   EXPECT_EQ(backend.Describe(), "");
