@@ -28,10 +28,15 @@ std::vector<std::string> SplitOptions(const std::string& text) {
 
 }  // namespace
 
-bool HasInitialDesign(OptimizerFactory& factory, const SearchSpace& space) {
-  const std::string defaults =
-      "\n" + WriteYaml([&](Archive& archive) { factory.Serialize(archive, space); });
-  return defaults.find(fmt::format("\n{}:", kDesignKey)) != std::string::npos;
+bool HasInitialDesign(const OptimizerFactory& factory, const SearchSpace& space) {
+  const std::unique_ptr<OptimizerFactory> fresh = MakeOptimizerFactory(factory.name());
+  try {
+    ReadYaml(fmt::format("{}: sobol", kDesignKey), factory.name(),
+             [&](Archive& archive) { fresh->Serialize(archive, space); });
+  } catch (const InputError&) {
+    return false;  // an unknown key
+  }
+  return true;
 }
 
 std::unique_ptr<OptimizerFactory> ParseOptimizer(const std::string& text, const SearchSpace& space,

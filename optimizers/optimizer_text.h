@@ -16,6 +16,6 @@ std::unique_ptr<OptimizerFactory> ParseOptimizer(const std::string& text, const 
                                                  const DesignOptions* initial_design);
 
 /// Whether an optimizer begins with an initial design.
-bool HasInitialDesign(OptimizerFactory& factory, const SearchSpace& space);
+bool HasInitialDesign(const OptimizerFactory& factory, const SearchSpace& space);
 
 }  // namespace powdercal

@@ -26,6 +26,15 @@ TEST(OptimizerTextTest, NamesOptionsAndDesign) {
   EXPECT_EQ(ParseOptimizer("random", HastelloySpace(), &design)->name(), "random");
 }
 
+TEST(OptimizerTextTest, KnowsWhoBeginsWithADesign) {
+  for (const char* const name : {"bayesian", "least_squares", "surrogate_lm", "cma_es", "nsga2"}) {
+    EXPECT_TRUE(HasInitialDesign(*MakeOptimizerFactory(name), HastelloySpace())) << name;
+  }
+  for (const char* const name : {"random", "sobol", "grid", "list"}) {
+    EXPECT_FALSE(HasInitialDesign(*MakeOptimizerFactory(name), HastelloySpace())) << name;
+  }
+}
+
 TEST(OptimizerTextTest, SaysWhatIsWrong) {
   const auto error = [](const std::string& text) {
     try {
