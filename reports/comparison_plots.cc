@@ -280,9 +280,8 @@ Figure Ranks(const Comparison& comparison) {
   return figure;
 }
 
-// The end of every contest.
 Figure Ends(const Comparison& comparison) {
-  Figure figure{.key = "ends", .title = "Every contest's end"};
+  Figure figure{.key = "ends", .title = "At the end of the budget"};
   json rows = json::array();
   for (const Standing& standing : comparison.standings) {
     const Quartiles& q = standing.final_value;
