@@ -40,6 +40,7 @@ struct Search {
   std::map<int, double> at;  // measure after so many evaluations
   int evaluations = 0;
   double seconds_per_ask = 0;
+  std::map<int, double> seconds_at;  // of one ask and tell with so many observations
 };
 
 std::vector<int> Checkpoints(int evaluations) {
@@ -76,6 +77,7 @@ Search Run(const TestProblem& problem, Optimizer* optimizer, int evaluations, in
   search.evaluations = static_cast<int>(truth.size());
   search.seconds_per_ask = Median(seconds);
   for (const int count : Checkpoints(search.evaluations)) {
+    search.seconds_at[count] = seconds[static_cast<std::size_t>(count / problem.batch)];
     search.at[count] = problem.measure(std::span(truth).first(static_cast<std::size_t>(count)));
   }
   return search;
@@ -105,6 +107,7 @@ json Measure(const TestProblem& problem, const std::string& optimizer, const Opt
   std::vector<double> values;
   std::vector<double> seconds;
   std::map<int, std::vector<double>> at;
+  std::map<int, std::vector<double>> seconds_at;
   int evaluations = 0;
   for (int i = 0; i < options.seeds; ++i) {
     const int seed = options.first_seed + i;
@@ -120,6 +123,7 @@ json Measure(const TestProblem& problem, const std::string& optimizer, const Opt
     values.push_back(search.measure);
     seconds.push_back(search.seconds_per_ask);
     for (const auto& [count, value] : search.at) at[count].push_back(value);
+    for (const auto& [count, value] : search.seconds_at) seconds_at[count].push_back(value);
     evaluations = std::max(evaluations, search.evaluations);
   }
   json result = Summary(problem, values);
@@ -127,7 +131,9 @@ json Measure(const TestProblem& problem, const std::string& optimizer, const Opt
   result["evaluations"] = evaluations;
   result["seeds"] = options.seeds;
   for (const auto& [count, history] : at) {
-    result["at"][std::to_string(count)] = Summary(problem, history);
+    json& entry = result["at"][std::to_string(count)];
+    entry = Summary(problem, history);
+    entry["seconds_per_ask"] = Median(seconds_at.at(count));
   }
   result["values"] = values;
   return result;
