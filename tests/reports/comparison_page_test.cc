@@ -95,7 +95,9 @@ TEST(ComparisonPage, FiguresHaveDataWithinTheirScales) {
 
 TEST(ComparisonPage, ASingleSeedHasNoRanks) {
   for (const Figure& figure : ComparisonFigures(Sample().Make(1))) {
-    if (figure.key == "ranks") EXPECT_TRUE(figure.spec.is_null());
+    if (figure.key == "ranks") {
+      EXPECT_TRUE(figure.spec.is_null());
+    }
   }
 }
 
