@@ -165,9 +165,10 @@ std::unique_ptr<OptimizerFactory> Field::MakeFactory(const Contestant& contestan
     return ParseOptimizer(WithBudget(contestant.label, evaluations_, dimension), study_.space,
                           &design);
   }
-  const Extract own = ExtractKey(OptionsOf(*study_.optimizer, study_.space), kDesignKey);
-  std::string yaml = own.rest;
-  if (!own.block.empty()) {
+  std::string yaml = ExtractKey(OptionsOf(*study_.optimizer, study_.space), kDesignKey).rest;
+  if (HasInitialDesign(*study_.optimizer,
+                       study_.space)) {  // also where it is written only if given
+    if (yaml == "{}\n") yaml.clear();
     DesignOptions copy = design;
     yaml += WriteYaml(
         [&](Archive& archive) { copy.SerializeSection(archive, kDesignKey, study_.space); });

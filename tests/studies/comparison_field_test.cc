@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <regex>
+
 #include "studies/comparison/field.h"
 #include "tests/support/program.h"
 
@@ -75,7 +77,7 @@ TEST(Field, TheStudysOwnOptimizerHasItsOptions) {
   EXPECT_THAT(field.contestants()[0].options, HasSubstr("acquisition: ei"));
   EXPECT_THAT(field.contestants()[0].options, Not(HasSubstr("initial_design")));
   EXPECT_FALSE(field.contestants()[1].study_options);
-  EXPECT_THAT(field.contestants()[1].options, HasSubstr("acquisition: composite_log_ei"));
+  EXPECT_THAT(field.contestants()[1].options, HasSubstr("acquisition: automatic"));
 }
 
 std::vector<Eigen::VectorXd> FirstPoints(const Field& field, std::size_t contestant, int seed) {
@@ -95,6 +97,17 @@ TEST(Field, AllBeginWithTheSameInitialDesign) {
   EXPECT_EQ(field.initial_design().name, "latin_hypercube");
   EXPECT_EQ(FirstPoints(field, 0, 3), FirstPoints(field, 1, 3));
   EXPECT_NE(FirstPoints(field, 0, 3), FirstPoints(field, 0, 4));
+}
+
+// Some optimizers name an initial design only where one is given.
+TEST(Field, TheStudysOwnOptimizerBeginsWithTheCommonDesignToo) {
+  Study study = Study::Parse(
+      std::regex_replace(StudyText("quickstart"), std::regex("optimizer: .*"), "optimizer: cma_es"),
+      "s.yaml", {});
+  const Field field(study, {"cma_es", "bayesian"}, 20);
+  EXPECT_TRUE(field.contestants()[0].study_options);
+  EXPECT_EQ(field.initial_design().name, "sobol");
+  EXPECT_EQ(FirstPoints(field, 0, 2), FirstPoints(field, 1, 2));
 }
 
 TEST(Field, ADesignOfItsOwnStaysWhereItIsNamed) {

@@ -88,7 +88,8 @@ TEST(Ranks, WhatWasNotFoundIsLastAndShared) {
   EXPECT_EQ(ranks[3], 1);
 }
 
-// Demšar (2006), table 5(a): quantiles of the range over √2.
+// Demšar (2006), table 5(a): quantiles of the range over √2, made from a table of three digits, so
+// that the last one given may be off by one: for three groups 3.3145/√2 is 2.3437, not 2.343.
 struct Critical {
   int groups;
   double at_005;
@@ -98,8 +99,8 @@ class Nemenyi : public ::testing::TestWithParam<Critical> {};
 
 TEST_P(Nemenyi, QuantilesAreThoseOfTheTable) {
   const Critical& c = GetParam();
-  EXPECT_NEAR(NormalRangeQuantile(0.95, c.groups) / std::sqrt(2.0), c.at_005, 6e-4);
-  EXPECT_NEAR(NormalRangeQuantile(0.90, c.groups) / std::sqrt(2.0), c.at_010, 6e-4);
+  EXPECT_NEAR(NormalRangeQuantile(0.95, c.groups) / std::sqrt(2.0), c.at_005, 1e-3);
+  EXPECT_NEAR(NormalRangeQuantile(0.90, c.groups) / std::sqrt(2.0), c.at_010, 1e-3);
 }
 
 INSTANTIATE_TEST_SUITE_P(Comparison, Nemenyi,

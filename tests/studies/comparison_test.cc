@@ -135,13 +135,13 @@ TEST(HoldOnOracle, IsTheSameWithAnyNumberOfThreads) {
   Study study = Study::Load(LibraryStudy("hastelloy_x_table3").string());
   const Planner planner(study);
   const auto oracle = MakeTableOracle(planner);
-  const Field field(study, {"bayesian", "random"}, 7);
+  const Field field(study, {"bayesian", "random"}, 11);
   std::vector<Task> tasks;
   for (int seed = 1; seed <= 2; ++seed) {
     for (const Contestant& contestant : field.contestants())
       tasks.push_back({&contestant, seed, ""});
   }
-  const ContestOptions options{.rules = {.experiments = {0}, .slots = 2, .evaluations = 7}};
+  const ContestOptions options{.rules = {.experiments = {0}, .slots = 2, .evaluations = 11}};
   const auto one = HoldOnOracle(study, field, tasks, *oracle, options, 1);
   const auto two = HoldOnOracle(study, field, tasks, *oracle, options, 2);
   ASSERT_EQ(one.size(), 4U);
@@ -149,8 +149,8 @@ TEST(HoldOnOracle, IsTheSameWithAnyNumberOfThreads) {
   for (std::size_t i = 0; i < one.size(); ++i) {
     EXPECT_EQ(one[i].label, two[i].label);
     EXPECT_EQ(one[i].parameters, two[i].parameters);
-    EXPECT_EQ(one[i].steps.size(), 7U);
-    EXPECT_EQ(one[i].makespan, 4);  // 7 seconds in two slots
+    EXPECT_EQ(one[i].steps.size(), 11U);
+    EXPECT_EQ(one[i].makespan, 6);  // 11 seconds in two slots
     EXPECT_EQ(one[i].fit, two[i].fit);
     EXPECT_TRUE(one[i].error.empty());
   }
