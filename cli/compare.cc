@@ -319,7 +319,7 @@ int Comparing::Run() {
   if (!oracle_ && !options_.real) {
     const int points = options_.design > 0 ? options_.design : kDesignPoints;
     const EmulatorData data =
-        SimulateDesign(study_, points, directory_->folder() / kDesignFolder, signals_.token());
+        SimulateDesign(study_, points, folder_ / kDesignFolder, signals_.token());
     if (data.interrupted) return kInterrupted;
     Emulate(data, {});
   }
@@ -331,7 +331,7 @@ int Comparing::Run() {
       setting_.rules.evaluations, setting_.source_text);
   if (!records_.empty()) {
     Say("{} of {} contests are known from {}\n", records_.size(), records_.size() + tasks.size(),
-        (directory_->folder() / "comparison.json").string());
+        (folder_ / "comparison.json").string());
   }
   for (const std::string& warning : setting_.warnings) Say("warning: {}\n", warning);
   for (const Refusal& one : field_.refused()) Say("left out: {}: {}\n", one.label, one.reason);
@@ -347,7 +347,7 @@ int Comparing::Run() {
   const Comparison comparison = Result(interrupted);
   WriteComparison(comparison, directory_->folder());
   WriteOutput(options_.json ? JsonText(ComparisonToJson(comparison)) : ComparisonText(comparison));
-  Say("report: {}\n", (directory_->folder() / "comparison.html").string());
+  Say("report: {}\n", (folder_ / "comparison.html").string());
   if (interrupted) return kInterrupted;
   const bool found =
       std::any_of(comparison.standings.begin(), comparison.standings.end(),

@@ -196,7 +196,7 @@ std::string EmulatorSection(const Comparison& comparison) {
         "</tr>\n",
         H(one.response), one.points, poor ? "warn" : "good", one.leave_one_out_r2,
         Number(one.share_of_sd, 2), H(ValueText(one.seed_sd, one.unit, 2)),
-        one.from_replicates ? "replicates" : "the fit's own noise");
+        one.from_replicates ? "replicates" : "residuals");
   }
   return html + "</tbody></table></section>\n";
 }

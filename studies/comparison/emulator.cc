@@ -125,21 +125,20 @@ void Emulator::FitResponse(const Target& target, const std::vector<KnownPoint>& 
   }
   Response response{.name = target.response.substr(target.response.find('.') + 1),
                     .process = Fit(rows)};
-  response.seed_sd = replicated ? std::sqrt(pooled[t]) : response.process.noise_sd();
-
   Eigen::VectorXd means(rows.values.size());
   Eigen::VectorXd variances(rows.values.size());
   response.process.LeaveOneOut(&means, &variances);
   const double residuals = (rows.values - means).squaredNorm();
   const double spread = (rows.values.array() - rows.values.mean()).square().sum();
-  quality_.push_back(
-      {.response = target.response,
-       .unit = target.unit,
-       .points = static_cast<int>(with_value.size()),
-       .leave_one_out_r2 = 1 - residuals / spread,  // NaN: 0/0
-       .seed_sd = response.seed_sd,
-       .from_replicates = replicated,
-       .share_of_sd = std::sqrt(residuals / static_cast<double>(means.size())) / target.sd});
+  const double rms = std::sqrt(residuals / static_cast<double>(means.size()));
+  response.seed_sd = replicated ? std::sqrt(pooled[t]) : rms;
+  quality_.push_back({.response = target.response,
+                      .unit = target.unit,
+                      .points = static_cast<int>(with_value.size()),
+                      .leave_one_out_r2 = 1 - residuals / spread,  // NaN: 0/0
+                      .seed_sd = response.seed_sd,
+                      .from_replicates = replicated,
+                      .share_of_sd = rms / target.sd});
   responses_.push_back(std::move(response));
 }
 
@@ -197,8 +196,8 @@ void Emulator::Warn() {
     }
     if (!one.from_replicates) {
       warnings_.push_back(fmt::format(
-          "{}: no point has several particle seeds; what the process cannot explain is taken for "
-          "their scatter, standard deviation {:.2g}",
+          "{}: no point has several particle seeds; what cannot be predicted from the other points "
+          "is taken for their scatter, standard deviation {:.2g}",
           one.response, one.seed_sd));
     }
   }

@@ -48,7 +48,7 @@ class Emulator {
     /// are equal. The hyperparameters are those of the fit to all points.
     double leave_one_out_r2 = 0;
     double seed_sd = 0;  ///< SI, between particle seeds
-    /// Whether the scatter comes from replicates; else it is the process's own noise.
+    /// Whether the scatter comes from replicates; else it is that of the leave-one-out residuals.
     bool from_replicates = false;
     double share_of_sd = 0;  ///< root mean square of those residuals over the observation's sd
   };

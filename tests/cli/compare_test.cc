@@ -55,7 +55,7 @@ TEST(Compare, TableStudyEndToEnd) {
   EXPECT_THAT(ReadFile(folder / "x/comparison.html"),
               AllOf(HasSubstr("<!doctype html>"), HasSubstr("the table backend answered"),
                     HasSubstr("bayesian"), HasSubstr("vega")));
-  EXPECT_THAT(result.error, HasSubstr("/x/comparison.html"));
+  EXPECT_THAT(result.error, HasSubstr("report: x/comparison.html"));
 }
 
 TEST(Compare, TextHasTableRecommendationAndLimits) {

@@ -105,9 +105,7 @@ TEST(ComparisonPage, FiguresHaveDataWithinTheirScales) {
 
 TEST(ComparisonPage, ASingleSeedHasNoRanks) {
   for (const Figure& figure : ComparisonFigures(Sample().Make(1))) {
-    if (figure.key == "ranks") {
-      EXPECT_TRUE(figure.spec.is_null());
-    }
+    EXPECT_EQ(figure.spec.is_null(), figure.key == "ranks") << figure.key;
   }
 }
 

@@ -126,8 +126,8 @@ TEST(Emulator, SaysWhenItIsPoor) {
   EXPECT_THAT(emulator.warnings()[0], HasSubstr("emulated poorly"));
   EXPECT_THAT(emulator.warnings()[1], HasSubstr("no point has several particle seeds"));
   EXPECT_FALSE(emulator.quality().front().from_replicates);
-  // Single values do not tell scatter from waves: what is learned may be far too small. It warns.
-  EXPECT_GT(emulator.quality().front().seed_sd, 0);
+  // A process may take single values for waves; its residuals do not.
+  EXPECT_GT(emulator.quality().front().seed_sd, 0.1);
 }
 
 TEST(Emulator, NeedsEnoughPoints) {
