@@ -334,7 +334,6 @@ int Comparing::Run() {
         (folder_ / "comparison.json").string());
   }
   for (const std::string& warning : setting_.warnings) Say("warning: {}\n", warning);
-  for (const Refusal& one : field_.refused()) Say("left out: {}: {}\n", one.label, one.reason);
   status_.emplace();
   Hold(tasks);
   status_.reset();

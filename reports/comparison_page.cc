@@ -136,7 +136,7 @@ std::string Standings(const Comparison& comparison) {
   std::string html = fmt::format(
       "<section id=\"standings\"><h2>The optimizers side by side</h2>\n<p class=\"muted\">Medians "
       "over the seeds; below them quartiles. {} Click a heading to sort.</p>\n"
-      "<div class=\"scroll\"><table class=\"sortable\"><thead><tr><th>optimizer</th>",
+      "<div class=\"across\"><table class=\"sortable\"><thead><tr><th>optimizer</th>",
       comparison.setting.source == Source::simulator
           ? "χ² is the expected misfit of the reported point, as it was observed."
           : "χ² is that of the point that a study would report, without scatter.");

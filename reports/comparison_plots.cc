@@ -46,16 +46,18 @@ json Choice() {
                        {"bind", "legend"}}});
 }
 
-json Condition(const char* value_name, double chosen, double otherwise, bool empty) {
-  json condition = {{"param", "chosen"}, {value_name, chosen}};
-  if (!empty) condition["empty"] = false;
-  return {{"condition", std::move(condition)}, {value_name, otherwise}};
-}
+json FadeOthers() { return {{"condition", {{"param", "chosen"}, {"value", 1}}}, {"value", 0.12}}; }
 
 std::string MeasureTitle(const Comparison& comparison) {
   if (comparison.pareto) return "lost hypervolume";
   return comparison.setting.source == Source::simulator ? "χ² of the reported point, as observed"
                                                         : "χ² of the reported point, true";
+}
+
+// The first three and the baseline; of more lines than that nobody can see all bands.
+bool Emphasised(const Comparison& comparison, const Standing& standing) {
+  const auto place = &standing - comparison.standings.data();
+  return place < 3 || standing.contestant.label == "random";
 }
 
 // What is negligible looks alike.
@@ -92,6 +94,7 @@ json BandRows(const Comparison& comparison, Band Standing::*band) {
       const Quartiles& q = one.y[i];
       if (!std::isfinite(q.median)) continue;
       json row = {{"o", standing.contestant.label},
+                  {"e", Emphasised(comparison, standing)},
                   {"x", Rounded(one.x[i])},
                   {"median", Shown(comparison, q.median)},
                   {"lower", Shown(comparison, q.lower)}};
@@ -125,22 +128,28 @@ json BandSpec(const Comparison& comparison, Band Standing::*band, const std::str
                     {"title", "upper quartile"},
                     {"type", "quantitative"},
                     {"format", kNumberFormat}}});
-  json lines = {{"params", Choice()},
-                {"mark", {{"type", "line"}, {"interpolate", "step-after"}, {"strokeWidth", 2}}},
-                {"encoding",
-                 {{"x", x},
-                  {"y", y},
-                  {"color", colour},
-                  {"tooltip", tooltip},
-                  {"opacity", Condition("value", 1, 0.12, true)}}}};
-  json bands = {{"transform", {{{"filter", "isValid(datum.upper)"}}}},
-                {"mark", {{"type", "area"}, {"interpolate", "step-after"}}},
-                {"encoding",
-                 {{"x", x},
-                  {"y", lower},
-                  {"y2", {{"field", "upper"}}},
-                  {"color", colour},
-                  {"opacity", Condition("value", 0.3, 0.07, false)}}}};
+  json lines = {
+      {"params", Choice()},
+      {"mark", {{"type", "line"}, {"interpolate", "step-after"}}},
+      {"encoding",
+       {{"x", x},
+        {"strokeWidth", {{"condition", {{"test", "datum.e"}, {"value", 2.6}}}, {"value", 1.3}}},
+        {"y", y},
+        {"color", colour},
+        {"tooltip", tooltip},
+        {"opacity", FadeOthers()}}}};
+  json bands = {
+      {"transform", {{{"filter", "isValid(datum.upper)"}}}},
+      {"mark", {{"type", "area"}, {"interpolate", "step-after"}}},
+      {"encoding",
+       {{"x", x},
+        {"y", lower},
+        {"y2", {{"field", "upper"}}},
+        {"color", colour},
+        {"opacity",
+         {{"condition", json::array({{{"param", "chosen"}, {"empty", false}, {"value", 0.3}},
+                                     {{"test", "datum.e"}, {"value", 0.1}}})},
+          {"value", 0}}}}}};
   return {{"width", "container"},
           {"height", kHeight},
           {"data", {{"values", rows}}},
@@ -152,8 +161,9 @@ Figure ByEvaluations(const Comparison& comparison) {
       .key = "by-evaluations",
       .title = comparison.pareto ? "Hypervolume still lost" : "Best so far, by evaluations",
       .caption = fmt::format(
-          "Median over {} seeds; shaded: between the quartiles. Click an optimizer in the legend "
-          "to pick it out, Shift-click for several. Values below {} are drawn there.",
+          "Median over {} seeds; shaded: between the quartiles, of the first three and of random. "
+          "Click an optimizer in the legend to pick it out, Shift-click for several. Values below "
+          "{} are drawn there.",
           comparison.seeds.size(), NumberText(comparison.negligible, 2)),
       .spec = BandSpec(comparison, &Standing::by_evaluations, "evaluations")};
 }
@@ -205,7 +215,7 @@ Figure Targets(const Comparison& comparison) {
           {"scale", {{"domain", {0, 1}}}},
           {"axis", {{"format", ".0%"}}}}},
         {"color", ColourChannel(comparison)},
-        {"opacity", Condition("value", 1, 0.12, true)},
+        {"opacity", FadeOthers()},
         {"tooltip",
          json::array({{{"field", "o"}, {"title", "optimizer"}, {"type", "nominal"}},
                       {{"field", "x"}, {"title", "evaluations"}, {"type", "quantitative"}},

@@ -24,17 +24,20 @@ bool Significant(const Comparison& comparison) {
   return std::isfinite(comparison.critical_difference) && comparison.friedman.f_p < kAlpha;
 }
 
-// That the first is not shown to be better than, by the critical difference.
-std::vector<std::string> Equals(const Comparison& comparison) {
-  std::vector<std::string> labels;
+// The others, by whether the first is shown to be better.
+struct Split {
+  std::vector<std::string> equal;
+  std::vector<std::string> worse;
+};
+Split Compared(const Comparison& comparison) {
+  Split split;
   const double first = comparison.standings.front().mean_rank;
   for (std::size_t i = 1; i < comparison.standings.size(); ++i) {
     const Standing& other = comparison.standings[i];
-    if (other.mean_rank - first < comparison.critical_difference) {
-      labels.push_back(other.contestant.label);
-    }
+    const bool equal = other.mean_rank - first < comparison.critical_difference;
+    (equal ? split.equal : split.worse).push_back(other.contestant.label);
   }
-  return labels;
+  return split;
 }
 
 std::string LevelText(const Comparison& comparison) {
@@ -77,12 +80,18 @@ std::string Headline(const Comparison& comparison) {
         "first)",
         first);
   }
-  const std::vector<std::string> equals = Equals(comparison);
-  if (equals.size() + 1 == comparison.standings.size()) {
+  const Split split = Compared(comparison);
+  if (split.worse.empty()) {
     return fmt::format("First came {}, but no single optimizer is shown to be worse", first);
   }
-  if (equals.empty()) return fmt::format("Use {}: it is shown to be better than all others", first);
-  return fmt::format("Use {}; not shown to be worse: {}", first, JoinNames(equals));
+  if (split.equal.empty()) {
+    return fmt::format("Use {}: it is shown to be better than all others", first);
+  }
+  if (split.equal.size() > split.worse.size()) {
+    return fmt::format("First came {}; only {} shown to be worse: {}", first,
+                       split.worse.size() == 1 ? "this is" : "these are", JoinNames(split.worse));
+  }
+  return fmt::format("Use {}; not shown to be worse: {}", first, JoinNames(split.equal));
 }
 
 void AddFriedman(const Comparison& comparison, std::vector<std::string>* statements) {

@@ -12,11 +12,8 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-TEST(ReportInBrowser, PlotsAppearAndNothingComplains) {
-  const TemporaryFolder folder;
-  const ProcessResult run =
-      Powdercal({"run", "hastelloy_x_table3", "--out", (folder / "x").string()}, folder.path());
-  ASSERT_EQ(run.exit_status, 0) << run.output;
+// The page's elements once its scripts have run, which must not have complained.
+std::string Rendered(const std::filesystem::path& page, const TemporaryFolder& folder) {
   const ProcessResult browser =
       RunProcess({.arguments = {"chromium", "--headless", "--no-sandbox", "--disable-gpu",
                                 "--disable-quic", "--no-first-run",
@@ -24,20 +21,43 @@ TEST(ReportInBrowser, PlotsAppearAndNothingComplains) {
                                 "--disable-sync", "--host-resolver-rules=MAP * ~NOTFOUND",
                                 "--user-data-dir=" + (folder / "profile").string(),
                                 "--virtual-time-budget=8000", "--enable-logging=stderr",
-                                "--dump-dom", "file://" + (folder / "x/report.html").string()},
+                                "--dump-dom", "file://" + page.string()},
                   .time_limit = std::chrono::minutes(2),
                   .output_limit = 64 << 20});
-  ASSERT_TRUE(browser.succeeded()) << browser.Describe() << "\n" << browser.output.substr(0, 2000);
+  EXPECT_TRUE(browser.succeeded()) << browser.Describe() << "\n" << browser.output.substr(0, 2000);
   EXPECT_THAT(browser.output, Not(HasSubstr("CONSOLE")));
   EXPECT_THAT(browser.output, Not(HasSubstr("Uncaught")));
-  // What Vega has drawn: marks of the convergence plot and of the response surface.
+  return browser.output;
+}
+
+// What Vega has drawn.
+void ExpectMarks(const std::string& page, int least) {
   const std::regex marks("mark-(symbol|line|rect)");
   const auto count =
-      std::distance(std::sregex_iterator(browser.output.begin(), browser.output.end(), marks),
-                    std::sregex_iterator());
-  const auto canvases = std::regex_search(browser.output, std::regex("<canvas"));
-  EXPECT_TRUE(count >= 4 || canvases) << count;
-  EXPECT_THAT(browser.output, HasSubstr("o simulation was run"));
+      std::distance(std::sregex_iterator(page.begin(), page.end(), marks), std::sregex_iterator());
+  const auto canvases = std::regex_search(page, std::regex("<canvas"));
+  EXPECT_TRUE(count >= least || canvases) << count;
+}
+
+TEST(ReportInBrowser, PlotsAppearAndNothingComplains) {
+  const TemporaryFolder folder;
+  const ProcessResult run =
+      Powdercal({"run", "hastelloy_x_table3", "--out", (folder / "x").string()}, folder.path());
+  ASSERT_EQ(run.exit_status, 0) << run.output;
+  const std::string page = Rendered(folder / "x/report.html", folder);
+  ExpectMarks(page, 4);  // of the convergence plot and of the response surface
+  EXPECT_THAT(page, HasSubstr("o simulation was run"));
+}
+
+TEST(ReportInBrowser, ComparisonOfOptimizersIsDrawn) {
+  const TemporaryFolder folder;
+  const ProcessResult run =
+      Powdercal({"compare", "hastelloy_x_table3", "--optimizers", "bayesian,random", "--seeds", "3",
+                 "--evaluations", "8", "--out", (folder / "x").string()},
+                folder.path());
+  ASSERT_EQ(run.exit_status, 0) << run.output;
+  const std::string page = Rendered(folder / "x/comparison.html", folder);
+  ExpectMarks(page, 8);  // of the four plots
 }
 
 }  // namespace
