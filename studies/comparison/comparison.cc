@@ -42,7 +42,7 @@ std::vector<std::vector<Trajectory>> TrajectoriesOf(const Table& table,
       if (!comparison.pareto) {
         mine.push_back(ReportedChi2(*record));
       } else if (!scale.empty()) {
-        mine.push_back(LostHypervolume(*record, scale.ideal, scale.reference, scale.hypervolume));
+        mine.push_back(LostHypervolume(*record, scale));
       } else {
         mine.push_back({});
       }

@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kBandPoints = 80;
+constexpr double kMargin = 0.1;  // [ln chi²] of the reference point beyond the front, at least
 
 bool AllFinite(const std::vector<double>& values) {
   return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
@@ -30,10 +31,16 @@ Eigen::MatrixXd Stack(const std::vector<std::vector<double>>& rows) {
   return matrix;
 }
 
-Eigen::MatrixXd Scaled(const Eigen::MatrixXd& rows, const Eigen::VectorXd& ideal,
-                       const Eigen::VectorXd& reference) {
-  return (rows.rowwise() - ideal.transpose()).array().rowwise() /
-         (reference - ideal).transpose().array();
+// ln chi², ideal → 0, reference → 1.
+double ScaledHypervolume(const Eigen::MatrixXd& logarithms, const FrontScale& scale) {
+  const Eigen::MatrixXd rows = (logarithms.rowwise() - scale.ideal.transpose()).array().rowwise() /
+                               (scale.reference - scale.ideal).transpose().array();
+  return Hypervolume(rows, Eigen::VectorXd::Ones(scale.ideal.size()));
+}
+
+std::vector<double> Logarithms(std::vector<double> values) {
+  for (double& value : values) value = std::log(std::max(value, kSmallestMisfit));
+  return values;
 }
 
 bool Dominated(const std::vector<double>& point, const std::vector<std::vector<double>>& front) {
@@ -56,17 +63,18 @@ Trajectory ReportedChi2(const ContestRecord& record) {
   return trajectory;
 }
 
-Trajectory LostHypervolume(const ContestRecord& record, const Eigen::VectorXd& ideal,
-                           const Eigen::VectorXd& reference, double best) {
+Trajectory LostHypervolume(const ContestRecord& record, const FrontScale& scale) {
   Trajectory trajectory;
   std::vector<std::vector<double>> front;
   double lost = kInfinity;
-  const Eigen::VectorXd ones = Eigen::VectorXd::Ones(ideal.size());
   for (const Step& step : record.steps) {
-    if (AllFinite(step.judged) && !Dominated(step.judged, front)) {
-      front.push_back(step.judged);
-      const Eigen::MatrixXd rows = Scaled(Stack(front), ideal, reference);
-      lost = std::clamp(1 - Hypervolume(rows, ones) / best, 0.0, 1.0);
+    if (AllFinite(step.judged)) {
+      const std::vector<double> point = Logarithms(step.judged);
+      if (!Dominated(point, front)) {
+        front.push_back(point);
+        const double reached = ScaledHypervolume(Stack(front), scale) / scale.hypervolume;
+        lost = std::clamp(1 - reached, 0.0, 1.0);
+      }
     }
     trajectory.values.push_back(lost);
     trajectory.core_seconds.push_back(step.core_seconds);
@@ -78,7 +86,7 @@ FrontScale ScaleOfFront(std::span<const ContestRecord> records) {
   std::vector<std::vector<double>> all;
   for (const ContestRecord& record : records) {
     for (const Step& step : record.steps) {
-      if (AllFinite(step.judged)) all.push_back(step.judged);
+      if (AllFinite(step.judged)) all.push_back(Logarithms(step.judged));
     }
   }
   if (all.empty()) return {};
@@ -87,14 +95,13 @@ FrontScale ScaleOfFront(std::span<const ContestRecord> records) {
   for (const std::size_t i : NonDominated(points)) front.push_back(all[i]);
   const Eigen::MatrixXd rows = Stack(front);
   FrontScale scale{.ideal = rows.colwise().minCoeff(), .reference = rows.colwise().maxCoeff()};
-  // Where all of the front agrees in an objective, one unit of chi² is the range.
-  Eigen::VectorXd range = scale.reference - scale.ideal;
-  for (double& r : range) {
-    if (!(r > 0)) r = 1;
+  for (Eigen::Index o = 0; o < points.cols(); ++o) {
+    const Eigen::VectorXd column = points.col(o);
+    // Beyond the whole front, whose ends would be worth nothing else, and never at the ideal.
+    scale.reference[o] =
+        std::max({Quantile({column.begin(), column.end()}, 0.5), scale.reference[o] + kMargin});
   }
-  scale.reference = scale.ideal + 1.1 * range;
-  scale.hypervolume = Hypervolume(Scaled(rows, scale.ideal, scale.reference),
-                                  Eigen::VectorXd::Ones(scale.ideal.size()));
+  scale.hypervolume = ScaledHypervolume(rows, scale);
   return scale;
 }
 

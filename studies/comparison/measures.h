@@ -17,18 +17,23 @@ struct Trajectory {
 /// joint: chi² of the point that would be reported, as it is judged.
 Trajectory ReportedChi2(const ContestRecord& record);
 
-/// pareto: share of the hypervolume that the evaluations have not reached, in [0, 1]. Objectives
-/// are scaled so that `ideal` is 0 and `reference` 1; `best` is the hypervolume of the best front.
-Trajectory LostHypervolume(const ContestRecord& record, const Eigen::VectorXd& ideal,
-                           const Eigen::VectorXd& reference, double best);
-/// What LostHypervolume is measured against: the front of all evaluations of all contests together.
+/// What hypervolume is measured by: the logarithms of the objectives' chi², which span decades, but
+/// not below kSmallestMisfit.
 struct FrontScale {
-  Eigen::VectorXd ideal;      ///< lowest of each objective on the front
-  Eigen::VectorXd reference;  ///< highest of each on the front, and a tenth of the range beyond
-  double hypervolume = 0;     ///< of the front, scaled
+  Eigen::VectorXd ideal;      ///< [ln chi²] lowest of each objective on the front of all contests
+  Eigen::VectorXd reference;  ///< [ln chi²] median of each over all evaluations of all contests
+  double hypervolume = 0;     ///< of the front, scaled to ideal 0 and reference 1; > 0
   bool empty() const { return ideal.size() == 0; }
 };
+/// chi² of an objective below which nothing is gained: a response off by a tenth of its standard
+/// deviation.
+inline constexpr double kSmallestMisfit = 0.01;
+/// Empty where no evaluation has succeeded.
 FrontScale ScaleOfFront(std::span<const ContestRecord> records);
+
+/// pareto: share of the hypervolume of the front of all contests that the evaluations have not
+/// reached, in [0, 1].
+Trajectory LostHypervolume(const ContestRecord& record, const FrontScale& scale);
 
 /// After `evaluations`, or as many as there are; ∞ with none.
 double ValueAfter(const Trajectory& trajectory, int evaluations);

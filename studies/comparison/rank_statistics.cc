@@ -44,7 +44,7 @@ FriedmanTest WithProbabilities(FriedmanTest test) {
   const double left = n * (k - 1) - test.chi_squared;
   if (left <= 1e-12 * n * (k - 1)) {
     test.f = std::numeric_limits<double>::infinity();
-    test.f_p = 0;
+    test.f_p = std::exp((1 - n) * std::lgamma(k + 1));
     return test;
   }
   test.f = (n - 1) * test.chi_squared / left;

@@ -18,8 +18,8 @@ struct FriedmanTest {
   double chi_squared = 0;
   double chi_squared_p = 1;
   /// F = (N − 1) χ²/(N (k − 1) − χ²) of Iman & Davenport (1980), F distributed with k − 1 and
-  /// (k − 1)(N − 1) degrees of freedom, which is less conservative; infinite where all blocks agree
-  /// perfectly.
+  /// (k − 1)(N − 1) degrees of freedom, which is less conservative. Infinite where all blocks agree
+  /// perfectly; its p is then the chance of that, k!^(1 − N).
   double f = 0;
   double f_p = 1;
 };

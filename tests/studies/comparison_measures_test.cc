@@ -87,24 +87,49 @@ TEST(ShareOfTargets, CountsPairsOfContestAndLevel) {
                           DoubleNear(5.0 / 6, 1e-12), DoubleNear(5.0 / 6, 1e-12)));
 }
 
+// In decades, d = log10 chi²: front (0, 2), (1, 1), (2, 0), the median of each objective is 2, and
+// the front reaches up to there: the reference lies a tenth of ln chi² beyond.
 TEST(LostHypervolume, IsMeasuredAgainstTheFrontOfAll) {
   ContestRecord a{.label = "a", .seed = 1};
-  a.steps = {MakeStep({0, 10}, 0, 1), MakeStep({kNone, kNone}, 0, 2), MakeStep({20, 20}, 0, 3)};
+  a.steps = {MakeStep({1, 100}, 0, 1), MakeStep({kNone, kNone}, 0, 2),
+             MakeStep({1000, 1000}, 0, 3)};
   ContestRecord b{.label = "b", .seed = 1};
-  b.steps = {MakeStep({10, 0}, 0, 1), MakeStep({5, 5}, 1, 2)};
+  b.steps = {MakeStep({100, 1}, 0, 1), MakeStep({10, 10}, 1, 2), MakeStep({1000, 1000}, 1, 3)};
   const std::vector<ContestRecord> records = {a, b};
   const FrontScale scale = ScaleOfFront(records);
   EXPECT_EQ(scale.ideal[0], 0);
-  EXPECT_DOUBLE_EQ(scale.reference[1], 11);
-  // Front (0, 10), (5, 5), (10, 0) before (11, 11): slices 1·1 … in units of 11².
-  const double unit = 121;
-  const double all = (11.0 * 1 + 6 * 5 + 1 * 5) / unit;
-  EXPECT_NEAR(scale.hypervolume, all, 1e-12);
-  const Trajectory lost_a = LostHypervolume(a, scale.ideal, scale.reference, scale.hypervolume);
-  EXPECT_NEAR(lost_a.values[0], 1 - (11.0 * 1 / unit) / all, 1e-12);
+  EXPECT_DOUBLE_EQ(scale.reference[1], std::log(100) + 0.1);
+  const double beyond = 0.1 / std::log(10);  // decades
+  const double side = 2 + beyond;
+  const double all = side * beyond + (1 + beyond) * 1 + beyond * 1;
+  EXPECT_NEAR(scale.hypervolume, all / (side * side), 1e-12);
+  const Trajectory lost_a = LostHypervolume(a, scale);
+  EXPECT_NEAR(lost_a.values[0], 1 - side * beyond / all, 1e-12);
   EXPECT_EQ(lost_a.values[2], lost_a.values[0]);  // a failure and a dominated point add nothing
-  const Trajectory lost_b = LostHypervolume(b, scale.ideal, scale.reference, scale.hypervolume);
-  EXPECT_NEAR(lost_b.values[1], 1 - ((1 * 11.0 + 5 * 6) / unit) / all, 1e-12);
+  const Trajectory lost_b = LostHypervolume(b, scale);
+  EXPECT_NEAR(lost_b.values[1], 1 - (beyond * side + 1 * (1 + beyond)) / all, 1e-12);
+}
+
+TEST(LostHypervolume, DoesNotLoseSightOfWhatIsFarFromTheFront) {
+  ContestRecord good{.label = "a", .seed = 1};
+  good.steps = {MakeStep({0.02, 0.3}, 0, 1), MakeStep({0.3, 0.02}, 0, 2)};
+  ContestRecord poor{.label = "b", .seed = 1};
+  poor.steps = {MakeStep({40, 500}, 0, 1), MakeStep({70, 60}, 0, 2), MakeStep({900, 30}, 0, 3)};
+  ContestRecord worse{.label = "c", .seed = 1};
+  worse.steps = {MakeStep({900, 900}, 0, 1), MakeStep({500, 1e4}, 0, 2), MakeStep({1e4, 70}, 0, 3)};
+  const std::vector<ContestRecord> records = {good, poor, worse};
+  const FrontScale scale = ScaleOfFront(records);
+  EXPECT_NEAR(LostHypervolume(good, scale).values.back(), 0, 1e-12);
+  EXPECT_LT(LostHypervolume(poor, scale).values.back(), 1);
+  EXPECT_LT(LostHypervolume(poor, scale).values.back(),
+            LostHypervolume(worse, scale).values.back());
+}
+
+TEST(LostHypervolume, IsDefinedForASinglePoint) {
+  const std::vector<ContestRecord> records = {{.label = "a", .steps = {MakeStep({5, 7}, 0, 1)}}};
+  const FrontScale scale = ScaleOfFront(records);
+  EXPECT_NEAR(scale.hypervolume, 1, 1e-12);
+  EXPECT_EQ(LostHypervolume(records[0], scale).values[0], 0);
 }
 
 TEST(LostHypervolume, OfNothingIsEmpty) {

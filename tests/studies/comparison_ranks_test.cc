@@ -69,12 +69,14 @@ TEST(Friedman, SaysNothingOfTiesAloneOrASingleBlock) {
   EXPECT_EQ(TestFriedman(Eigen::MatrixXd::Random(3, 1)).chi_squared_p, 1);
 }
 
-TEST(Friedman, PerfectAgreementIsCertain) {
+TEST(Friedman, PerfectAgreementIsAsLikelyAsItIs) {
   Eigen::MatrixXd values(6, 3);
   for (Eigen::Index i = 0; i < 6; ++i) values.row(i) << 1, 2, 3;
   const FriedmanTest test = TestFriedman(values);
   EXPECT_NEAR(test.chi_squared, 12, 1e-12);  // N (k − 1)
-  EXPECT_EQ(test.f_p, 0);
+  EXPECT_TRUE(std::isinf(test.f));
+  EXPECT_NEAR(test.f_p, std::pow(6, -5), 1e-12);
+  EXPECT_NEAR(TestFriedman(values.topLeftCorner(2, 2)).f_p, 0.5, 1e-12);  // a coin
 }
 
 TEST(Ranks, WhatWasNotFoundIsLastAndShared) {
