@@ -19,8 +19,7 @@ constexpr double kSolidFraction = 0.30;  // of the packing at the start
 constexpr double kLoading = 30;          // length of a load, in d √(rho/stress)
 constexpr double kFirstLoading = 60;  // the lid has to come down first, and its servo to calm down
 constexpr std::array<double, 3> kStresses = {0.5, 1, 2};  // over the subject's
-constexpr int kServoSteps = 999;  // shorter than the lid's way down: both engines then end it there
-constexpr std::size_t kWindows = 20;  // over which the stress is averaged
+constexpr std::size_t kWindows = 20;                      // over which the stress is averaged
 constexpr const char* kLid = "lid";
 
 struct Margin {
@@ -80,13 +79,10 @@ Program PackingProgram(const Subject& subject, std::uint64_t seed) {
   double loading = kFirstLoading;
   for (const double factor : kStresses) {
     const double stress = factor * subject.stress;
-    program.stages.push_back(Servo{.wall = kLid,
-                                   .stress = stress,
-                                   .max_velocity = speed,
-                                   .max_duration = kServoSteps * program.time_step});
+    const double duration = loading * d * std::sqrt(subject.materials.density / stress);
     program.stages.push_back(
-        Advance{.name = LoadName(stress),
-                .duration = loading * d * std::sqrt(subject.materials.density / stress)});
+        Servo{.wall = kLid, .stress = stress, .max_velocity = speed, .max_duration = duration});
+    program.stages.push_back(Advance{.name = LoadName(stress), .duration = duration});
     loading = kLoading;
   }
   return program;

@@ -20,7 +20,6 @@ namespace powdercal::embedded {
 struct Settings {
   Isa isa = Isa::portable;
   int threads = 1;
-  bool servo_integral = true;  ///< false: proportional servos, as LIGGGHTS has them
 };
 
 /// Energies and overlaps of the moment.

@@ -129,9 +129,7 @@ bool StageRunner::Do(const Servo& servo) {
   const double kappa = StiffnessNumber(program_.materials.young_modulus,
                                        program_.materials.poisson_ratio, servo.stress);
   const double height = std::max(above - program_.domain.lower[2], MeanDiameter(packing_));
-  if (settings_.servo_integral) {
-    control.integral_time = 10 * height / (1.5 * kappa * control.speed);
-  }
+  control.integral_time = 10 * height / (1.5 * kappa * control.speed);
   servo_body_->servo = control;
   drive_speed_ = std::max(drive_speed_, servo.max_velocity);
   RestartWindows();

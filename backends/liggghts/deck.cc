@@ -176,14 +176,25 @@ class DeckWriter {
     } else {
       bodies_.ChangeLid(servo);
     }
-    Add("variable i{0} loop {1}\nlabel load_{0}", stage_,
-        StepsOf(servo.max_duration, program_.time_step) / kServoCheckSteps + 1);
+    Freeze("latest", fmt::format("${{now}}+{}", StepsOf(servo.max_duration, program_.time_step)));
+    if (first) {
+      Press("touching", "${borne} > 0.5");
+      bodies_.StartIntegral();
+      Press("loaded", "${borne} > 0.9");
+    } else {
+      Press("loaded", "(${borne} > 0.9) && (${borne} < 1.1)");
+    }
+    EndStage();
+  }
+
+  // Runs until the servo's wall bears what `enough` says, or its time is over.
+  void Press(const std::string& label, const std::string& enough) {
+    Add("label {}_from_{}", label, stage_);
     Run(fmt::to_string(kServoCheckSteps));
     Freeze("borne", fmt::format("abs(f_series_lid[3])/{}", stress_ * program_.domain.BaseArea()));
-    Add("if \"{1}\" then \"variable i{0} delete\" \"jump SELF loaded_{0}\"", stage_,
-        first ? "${borne} > 0.9" : "(${borne} > 0.9) && (${borne} < 1.1)");
-    Add("next i{0}\njump SELF load_{0}\nlabel loaded_{0}", stage_);
-    EndStage();
+    Add("if \"({0}) || (${{now}} >= ${{latest}})\" then \"jump SELF {1}_{2}\"", enough, label,
+        stage_);
+    Add("jump SELF {0}_from_{1}\nlabel {0}_{1}", label, stage_);
   }
 
   void Write(const Hold& hold) {

@@ -83,7 +83,7 @@ void DeckBodies::Place(int segment) {
     text_.Add("fix mesh_{} all mesh/surface/stress file {} type {}", i, MeshFile(i), kWallType);
   }
   if (lid_) WriteLid();
-  if (lid_changed_) WriteIntegral();
+  if (lid_loaded_) WriteIntegral();
   PlaceMeshWalls(false);
   for (std::size_t i = 0; i < program_.meshes.size(); ++i) {
     const Mesh& mesh = program_.meshes[i];
@@ -156,10 +156,20 @@ void DeckBodies::RecordLid() {
 
 void DeckBodies::ChangeLid(const Servo& servo) {
   lid_ = servo;
-  lid_changed_ = true;
-  const double limit = std::max(servo.max_velocity, ServoSpeed(program_, servo));
   text_.Add("fix_modify lid servo/target_val {}", servo.stress * program_.domain.BaseArea());
-  text_.Add("fix_modify lid servo/vel_max {}", limit);
+  StartIntegral();
+}
+
+// LIGGGHTS adds up the error from the servo's first step, whether or not there is an integral part,
+// and takes from the sum what would be beyond the largest velocity. A step with hardly any velocity
+// and an enormous gain therefore empties it.
+void DeckBodies::StartIntegral() {
+  lid_loaded_ = true;
+  text_.Add(
+      "fix_modify lid servo/vel_max 1e-12\nfix_modify lid servo/ctrlParam 1 1e30 0\n"
+      "run 1 pre yes post no");
+  text_.Add("fix_modify lid servo/vel_max {}",
+            std::max(lid_->max_velocity, ServoSpeed(program_, *lid_)));
   WriteIntegral();
 }
 
@@ -231,7 +241,7 @@ void DeckBodies::RecordSlab() {
 void DeckBodies::SetState(const State& state) {
   removed_ = state.removed;
   lid_ = state.lid;
-  lid_changed_ = state.lid_changed;
+  lid_loaded_ = state.lid_loaded;
 }
 
 }  // namespace powdercal::liggghts
