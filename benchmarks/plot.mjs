@@ -46,10 +46,10 @@ const cell = (response, sweep, first, last) => {
   };
   const y = (field) => ({
     field, type: 'quantitative', scale: {zero: false},
-    axis: {title: first ? title(response) : null, tickCount: 4, format: '~g', minExtent: 34},
+    axis: {title: first ? title(response) : null, tickCount: 4, format: '~r', minExtent: 42},
   });
   return {
-    width: 190, height: 110, data: {values},
+    width: 190, height: 135, data: {values},
     layer: [
       {mark: {type: 'rule', strokeWidth: 2}, encoding: {x, xOffset: {field: 'point'}, y: y('low'), y2: {field: 'high'}, color: colour}},
       {mark: {type: 'point', filled: true, size: 45}, encoding: {x, xOffset: {field: 'point'}, y: y('mean'), color: colour}},
