@@ -25,7 +25,7 @@ const spec = {background: 'white', ...specs[figure], config: {font: 'sans-serif'
 const view = new vega.View(vega.parse(lite.compile(spec).spec), {renderer: 'none'});
 // A map has thousands of cells: what only screen readers need of each, and digits beyond a tenth of a pixel, go,
 // and neighbours of one colour become one.
-const short = (svg) => svg.replace(/<path aria-label="[^"]*" role="graphics-symbol"[^>]*? d=/g, '<path d=')
+const short = (svg) => svg.replace(/ (?:aria-label|aria-roledescription|role)="[^"]*"/g, '')
   .replace(/ stroke-width="0"/g, '')
   .replace(/\d+\.\d{2,}/g, (number) => String(Math.round(10 * number) / 10))
   .replace(/<path d="[^"]*" fill="([^"]*)"\/>(?:<path d="[^"]*" fill="\1"\/>)+/g, (cells, fill) =>
