@@ -25,7 +25,7 @@ std::vector<std::string> PaperStudies() {
 TEST(PaperStudies, AllAreReadyToRun) {
   const TemporaryFolder folder;
   const std::vector<std::string> names = PaperStudies();
-  EXPECT_EQ(names.size(), 9u);
+  EXPECT_EQ(names.size(), 10u);
   for (const std::string& name : names) {
     const Streams result = PowdercalStreams({"check", name, "--json"}, folder.path());
     ASSERT_EQ(result.exit_status, 0) << name << ": " << result.error;
