@@ -22,19 +22,20 @@ using namespace powdercal::benchmarks;
 using nlohmann::json;
 
 struct Setting {
-  const char* label;    // on the axis of the plot; "" with every sweep: the study's own setting
+  std::string label;    // on the axis of the plot; "" with every sweep: the study's own setting
   Overrides overrides;  // {EXPERIMENT} stands for the path of the experiment's section
 };
 
 struct Sweep {
-  const char* name;
+  std::string name;
   std::vector<Setting> settings;
 };
 
 // One option of the experiment, at several values.
-Sweep Vary(const char* name, const char* option, const std::vector<const char*>& values) {
+Sweep Vary(const std::string& name, const std::string& option,
+           const std::vector<std::string>& values) {
   Sweep sweep{.name = name, .settings = {}};
-  for (const char* value : values) {
+  for (const std::string& value : values) {
     sweep.settings.push_back({value, {{fmt::format("{{EXPERIMENT}}.{}", option), value}}});
   }
   return sweep;
@@ -133,6 +134,7 @@ struct Options {
   CampaignOptions campaign{.seeds = 4};
   std::string experiment = "shear";
   std::string only;
+  std::vector<std::string> vary;  // an option and its values, in place of the sweeps here
   std::vector<double> points = {15'833, 0.25, 47'500, 0.5};
   std::string backend = "embedded";
   std::vector<std::string> set;  // KEY=VALUE, for all cases
@@ -148,8 +150,12 @@ json Run(const Options& options) {
   json sweeps = json::array();
   std::vector<std::pair<json*, std::size_t>> places;
   std::vector<Sweep> chosen;
+  if (!options.vary.empty()) {
+    const std::string& option = options.vary.front();
+    chosen.push_back(Vary(option, option, {options.vary.begin() + 1, options.vary.end()}));
+  }
   for (Sweep& sweep : SweepsOf(options.experiment)) {
-    if (std::string(sweep.name).find(options.only) == std::string::npos) continue;
+    if (!options.vary.empty() || sweep.name.find(options.only) == std::string::npos) continue;
     chosen.push_back(std::move(sweep));
   }
   for (const Sweep& sweep : chosen) {
@@ -218,6 +224,8 @@ int RunProgram(int argc, char** argv) {
   program.add_option("--parallel", options.campaign.parallel, "simulations at a time")
       ->capture_default_str();
   program.add_option("--only", options.only, "sweeps whose name contains this");
+  program.add_option("--vary", options.vary,
+                     "only one sweep: an option of the experiment, and its values");
   program.add_option("--set", options.set,
                      "KEY=VALUE of the study, for all cases that do not vary KEY themselves");
   program.add_option("--points", options.points, "k and mu_r, pair after pair");

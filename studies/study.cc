@@ -16,6 +16,17 @@ namespace {
 
 constexpr const char* kDefaultBackend = "embedded";
 
+// Of a study in a sub-folder, its own name alone is near enough.
+std::string NearestStudy(const std::string& name, const std::vector<std::string>& names) {
+  if (std::string nearest = NearestName(name, names); !nearest.empty()) return nearest;
+  const auto own_name = [](const std::filesystem::path& path) { return path.filename().string(); };
+  std::vector<std::string> own_names;
+  for (const std::string& one : names) own_names.push_back(own_name(one));
+  const std::string nearest = NearestName(own_name(name), own_names);
+  const auto found = std::find(own_names.begin(), own_names.end(), nearest);
+  return found == own_names.end() ? "" : names[static_cast<std::size_t>(found - own_names.begin())];
+}
+
 std::vector<std::string> FreeParameterNames() {
   std::vector<std::string> names;
   for (const FreeParameter& parameter : FreeParameters()) names.push_back(parameter.name);
@@ -275,24 +286,27 @@ Study Study::Parse(const std::string& text, const std::string& file,
 Study Study::Load(const std::string& path, const Overrides& overrides) {
   std::filesystem::path file = path;
   if (!std::filesystem::exists(file)) {
-    const std::filesystem::path shipped = LibraryFolder() / (file.stem().string() + ".yaml");
-    if (file.has_parent_path() || !std::filesystem::exists(shipped)) {
-      const std::vector<std::string> names = ShippedStudies();
-      throw InputError(
-          fmt::format("no such study file; shipped studies: {}", JoinNames(names)),
-          {.location = {path}, .suggestion = NearestName(file.stem().string(), names)});
+    const std::vector<std::string> names = ShippedStudies();
+    const std::string name = file.replace_extension().generic_string();
+    if (std::find(names.begin(), names.end(), name) == names.end()) {
+      throw InputError(fmt::format("no such study file; shipped studies: {}", JoinNames(names)),
+                       {.location = {path}, .suggestion = NearestStudy(name, names)});
     }
-    file = shipped;
+    file = LibraryFolder() / (name + ".yaml");
   }
   const std::filesystem::path folder = std::filesystem::absolute(file).parent_path();
   return Parse(ReadFile(file), file.string(), folder, overrides);
 }
 
 std::vector<std::string> ShippedStudies() {
+  namespace fs = std::filesystem;
   std::vector<std::string> names;
-  std::error_code ignored;
-  for (const auto& entry : std::filesystem::directory_iterator(LibraryFolder(), ignored)) {
-    if (entry.path().extension() == ".yaml") names.push_back(entry.path().stem().string());
+  std::error_code error;
+  const fs::path library = LibraryFolder();
+  for (fs::recursive_directory_iterator entry(library, error), end; !error && entry != end;
+       entry.increment(error)) {
+    if (entry->path().extension() != ".yaml") continue;
+    names.push_back(entry->path().lexically_relative(library).replace_extension().generic_string());
   }
   std::sort(names.begin(), names.end());
   return names;

@@ -116,7 +116,7 @@ void ApplyParameter(const std::string& name, double value, SimulatedPowder& powd
 
 /// Where the shipped studies lie on this machine (source tree or installed), or empty.
 std::filesystem::path LibraryFolder();
-/// Names of the studies in it, sorted.
+/// Names of the studies in it, sorted; in a folder of their own with that: `paper/spreading`.
 std::vector<std::string> ShippedStudies();
 
 }  // namespace powdercal

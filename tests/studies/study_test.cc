@@ -8,6 +8,7 @@ namespace powdercal {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::Contains;
 using ::testing::HasSubstr;
 
 const std::filesystem::path kLibrary = LibraryStudy("").parent_path();
@@ -27,6 +28,31 @@ TEST(Study, ShippedStudiesLoad) {
     EXPECT_NO_THROW(Study::Load(LibraryStudy(name).string())) << name;
     EXPECT_NO_THROW(Study::Load(name)) << name << " by name";
   }
+}
+
+TEST(Study, AShippedStudyMayLieInAFolder) {
+  EXPECT_THAT(ShippedStudies(), AllOf(Contains("quickstart"), Contains("paper/spreading")));
+  EXPECT_EQ(Study::Load("paper/spreading").name, "paper-spreading");
+  EXPECT_EQ(Study::Load("paper/spreading.yaml").name, "paper-spreading");
+  // Its table lies beside its folder.
+  EXPECT_EQ(Study::Load("paper/table3_search").backend.backend->name(), "table");
+}
+
+std::string LoadingMessage(const std::string& name) {
+  try {
+    Study::Load(name);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(Study, AnUnknownNameIsAnsweredWithTheNearestStudy) {
+  EXPECT_THAT(LoadingMessage("quickstrat"), HasSubstr("did you mean 'quickstart'?"));
+  EXPECT_THAT(LoadingMessage("paper/spredding"), HasSubstr("did you mean 'paper/spreading'?"));
+  EXPECT_THAT(LoadingMessage("stress_swep"), HasSubstr("did you mean 'paper/stress_sweep'?"));
+  EXPECT_THAT(LoadingMessage("paper/../quickstart"), HasSubstr("no such study file"));
+  EXPECT_THAT(LoadingMessage("paper"), HasSubstr("no such study file"));
 }
 
 TEST(Study, QuickstartSaysWhatTheFileSays) {
@@ -74,7 +100,7 @@ TEST(Study, ResolvedTextReadsBackToTheSameStudy) {
   for (const std::string& name : ShippedStudies()) {
     Study study = Study::Load(name);
     const std::string text = study.ToYaml();
-    Study again = Study::Parse(text, "study.yaml", kLibrary);
+    Study again = Study::Parse(text, "study.yaml", LibraryStudy(name).parent_path());
     EXPECT_EQ(again.ToYaml(), text) << name;
     EXPECT_EQ(again.Fingerprint(), study.Fingerprint()) << name;
   }
