@@ -9,15 +9,15 @@
 #include <limits>
 #include <map>
 #include <optional>
-#include <set>
 #include <stdexcept>
 
 #include "core/random.h"
 #include "optimizers/bayesian/improvement.h"
-#include "optimizers/bayesian/models.h"
 #include "optimizers/bayesian/sampled_acquisition.h"
 #include "optimizers/bayesian/scalarisation.h"
 #include "optimizers/bayesian/search_region.h"
+#include "optimizers/models.h"
+#include "optimizers/observations.h"
 #include "optimizers/pareto.h"
 
 namespace powdercal {
@@ -29,7 +29,6 @@ const std::array<std::string, 7> kAcquisitionNames = {
     "automatic", "composite_log_ei", "ei", "log_ei", "qlog_nei", "qlog_nehvi", "qlog_nparego"};
 const std::array<std::string, 2> kKernelNames = {"matern52", "rbf"};
 const std::array<std::string, 3> kTrustRegionNames = {"automatic", "on", "off"};
-constexpr double kDuplicateRadius = 1e-6;  // in the unit box
 constexpr int kSpaceFillingTrials = 512;
 constexpr int kMaxHypervolumeObjectives = 4;
 constexpr int kTrustRegionDimension = 10;  // above it
@@ -92,13 +91,10 @@ class Bayesian final : public Optimizer {
   std::unique_ptr<Acquisition> MakeAcquisition(const Scalarisation& scalarisation) const;
   std::unique_ptr<Acquisition> MakeSampledAcquisition() const;
   std::vector<ObjectiveTerm> Terms() const;
-  Feasibility LearnFeasibility() const;
   Eigen::VectorXd Reference() const;
-  Eigen::VectorXd FarthestPoint(std::uint64_t seed) const;
   Eigen::MatrixXd Anchors(const Scalarisation& scalarisation, const Acquisition& acquisition) const;
   void LimitSearch(MaximisationLimits* limits) const;
-  Eigen::MatrixXd Taken() const;
-  bool IsTaken(const Eigen::VectorXd& point) const;
+  Eigen::MatrixXd Taken() const { return TakenPoints(observations_, pending_, dimension_); }
   bool TooManyFailures() const;
 
   BayesianOptions options_;
@@ -111,7 +107,7 @@ class Bayesian final : public Optimizer {
   std::vector<DesignPoint> design_;
   std::size_t design_next_ = 0;
   std::int64_t asked_ = 0;
-  std::map<std::int64_t, Eigen::VectorXd> pending_;
+  PointsById pending_;
   ObservationsById observations_;
   std::optional<Models> models_;  // of observations_; none: to be fitted
   std::string message_;
@@ -169,7 +165,7 @@ std::vector<Candidate> Bayesian::Ask(int max_count) {
     if (design_next_ < design_.size()) {
       const DesignPoint& next = design_[design_next_++];
       // Known from an earlier run or from the user.
-      if (options_.de_duplication && IsTaken(next.point)) continue;
+      if (options_.de_duplication && IsTaken(Taken(), next.point)) continue;
       candidate.point = next.point;
       candidate.origin = "initial design: " + next.label;
     } else {
@@ -183,28 +179,10 @@ std::vector<Candidate> Bayesian::Ask(int max_count) {
 }
 
 void Bayesian::Tell(std::span<const Observation> observations) {
-  const auto count = static_cast<Eigen::Index>(objectives_.targets.size());
   for (const Observation& observation : observations) {
-    const bool sizes_agree =
-        observation.failed ||
-        (observation.responses.size() == count &&
-         (observation.variances.size() == 0 || observation.variances.size() == count));
-    if (observation.point.size() != dimension_ || !sizes_agree) {
-      throw std::invalid_argument(
-          fmt::format("bayesian: observation {} has {} parameters, {} responses and {} variances, "
-                      "expected {}, {} and {}",
-                      observation.id, observation.point.size(), observation.responses.size(),
-                      observation.variances.size(), dimension_, count, count));
-    }
+    observations_[observation.id] =
+        CheckedObservation("bayesian", observation, dimension_, objectives_);
     pending_.erase(observation.id);
-    Observation& kept = observations_[observation.id] = observation;
-    if (kept.failed) continue;
-    if (kept.variances.size() == 0) kept.variances = Eigen::VectorXd::Zero(count);
-    // Infinite responses are as absent as NaN ones; without any response it is a failure.
-    for (double& response : kept.responses) {
-      if (!std::isfinite(response)) response = std::numeric_limits<double>::quiet_NaN();
-    }
-    kept.failed = kept.responses.array().isNaN().all();
   }
   models_.reset();
 }
@@ -273,7 +251,7 @@ Candidate Bayesian::Propose() {
     message_ = "the acquisition has no usable maximum";
   }
   message_ += "; filling space instead";
-  return {.point = FarthestPoint(stream.seed()), .origin = "space filling: " + message_};
+  return {.point = space_.Snap(FarthestPoint(Taken(), dimension_, kSpaceFillingTrials, stream.seed())), .origin = "space filling: " + message_};
 }
 
 Models Bayesian::FitModels() const {
@@ -298,17 +276,6 @@ std::vector<ObjectiveTerm> Bayesian::Terms() const {
     term.weights[size - 1] = target.minimise ? 1 / target.sd : 1 / (target.sd * target.sd + noise);
   }
   return terms;
-}
-
-Feasibility Bayesian::LearnFeasibility() const {
-  std::vector<Eigen::VectorXd> all;
-  Eigen::VectorXd successes(static_cast<Eigen::Index>(observations_.size()));
-  for (const auto& [id, observation] : observations_) {
-    successes[static_cast<Eigen::Index>(all.size())] =
-        observation.failed ? 0 : observation.responses.array().isFinite().cast<double>().mean();
-    all.push_back(observation.point);
-  }
-  return Feasibility(Rows(all, dimension_), successes);
 }
 
 std::unique_ptr<Acquisition> Bayesian::MakeAcquisition(const Scalarisation& scalarisation) const {
@@ -351,7 +318,7 @@ std::unique_ptr<Acquisition> Bayesian::MakeAcquisition(const Scalarisation& scal
   }
   if (evaluated.empty()) evaluated = partly;
   auto acquisition = std::make_unique<ImprovementAcquisition>(
-      std::move(objective), models_->processes, LearnFeasibility(), Rows(evaluated, dimension_),
+      std::move(objective), models_->processes, LearnFeasibility(observations_, dimension_), Rows(evaluated, dimension_),
       Rows(failed, dimension_), stream_.Split("pending").seed());
   for (const auto& [id, point] : pending_) acquisition->AddPending(point);
   return acquisition;
@@ -359,7 +326,7 @@ std::unique_ptr<Acquisition> Bayesian::MakeAcquisition(const Scalarisation& scal
 
 std::unique_ptr<Acquisition> Bayesian::MakeSampledAcquisition() const {
   SampledAcquisition::Data data{
-      .processes = models_->processes, .terms = Terms(), .feasibility = LearnFeasibility()};
+      .processes = models_->processes, .terms = Terms(), .feasibility = LearnFeasibility(observations_, dimension_)};
   std::vector<Eigen::VectorXd> counted;
   for (const auto& [id, observation] : observations_) {
     if (!observation.failed) counted.push_back(observation.point);
@@ -485,41 +452,12 @@ void Bayesian::LimitSearch(MaximisationLimits* limits) const {
   limits->upper = region.upper;
 }
 
-Eigen::MatrixXd Bayesian::Taken() const {
-  std::vector<Eigen::VectorXd> points;
-  for (const auto& [id, observation] : observations_) points.push_back(observation.point);
-  for (const auto& [id, point] : pending_) points.push_back(point);
-  return Rows(points, dimension_);
-}
-
-bool Bayesian::IsTaken(const Eigen::VectorXd& point) const {
-  const Eigen::MatrixXd taken = Taken();
-  return taken.rows() > 0 &&
-         (taken.rowwise() - point.transpose()).rowwise().norm().minCoeff() <= kDuplicateRadius;
-}
-
 // The share of failures that is risked: an acquisition that is all but exhausted where evaluations
 // succeed would go on for ever where they fail, however unlikely success.
 bool Bayesian::TooManyFailures() const {
   const auto failures = std::count_if(observations_.begin(), observations_.end(),
                                       [](const auto& item) { return item.second.failed; });
   return 4 * failures > static_cast<std::ptrdiff_t>(observations_.size());
-}
-
-Eigen::VectorXd Bayesian::FarthestPoint(std::uint64_t seed) const {
-  const Eigen::MatrixXd trials = SobolPoints(kSpaceFillingTrials, dimension_, seed);
-  const Eigen::MatrixXd taken = Taken();
-  if (taken.rows() == 0) return space_.Snap(trials.row(0).transpose());
-  Eigen::Index farthest = 0;
-  double distance = -1;
-  for (Eigen::Index i = 0; i < trials.rows(); ++i) {
-    const double nearest = (taken.rowwise() - trials.row(i)).rowwise().squaredNorm().minCoeff();
-    if (nearest > distance) {
-      distance = nearest;
-      farthest = i;
-    }
-  }
-  return space_.Snap(trials.row(farthest).transpose());
 }
 
 class BayesianFactory final : public OptimizerFactory {

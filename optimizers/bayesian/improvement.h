@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "optimizers/bayesian/acquisition.h"
-#include "optimizers/bayesian/feasibility.h"
+#include "optimizers/feasibility.h"
 #include "surrogates/gaussian_process.h"
 
 namespace powdercal {

@@ -15,7 +15,7 @@ struct Data {
   Eigen::VectorXd variances;
 };
 
-Data DataOf(const Observations& observations, Eigen::Index response, int dimension) {
+Data DataOf(const ObservationsById& observations, Eigen::Index response, int dimension) {
   std::vector<const Observation*> known;
   for (const auto& [id, observation] : observations) {
     if (!observation.failed && !std::isnan(observation.responses[response])) {
@@ -47,7 +47,7 @@ GaussianProcess::Options ProcessOptions(Kernel kernel, const Data& data, double 
 
 }  // namespace
 
-ResponseModels::ResponseModels(const Objectives& objectives, const Observations& observations,
+ResponseModels::ResponseModels(const Objectives& objectives, const ObservationsById& observations,
                                int dimension, Kernel kernel) {
   const Residuals residuals(objectives, observations);
   std::vector<Eigen::Index> kept;

@@ -13,7 +13,7 @@ namespace powdercal {
 class ResponseModels {
  public:
   /// Throws what GaussianProcess::Fit throws.
-  ResponseModels(const Objectives& objectives, const Observations& observations, int dimension,
+  ResponseModels(const Objectives& objectives, const ObservationsById& observations, int dimension,
                  Kernel kernel);
 
   int size() const { return static_cast<int>(processes_.size()); }

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "optimizers/metaheuristics/metaheuristic.h"
+#include "optimizers/observations.h"
 
 namespace powdercal {
 namespace {
@@ -211,18 +212,7 @@ Status Generational::status() const {
 }
 
 void Generational::Check(const Observation& observation) const {
-  const auto count = static_cast<Eigen::Index>(objectives_.targets.size());
-  const Eigen::Index responses = observation.responses.size();
-  const Eigen::Index variances = observation.variances.size();
-  const bool sizes_agree =
-      observation.failed || (responses == count && (variances == 0 || variances == count));
-  if (observation.point.size() != space_.dimension() || !sizes_agree) {
-    throw std::invalid_argument(
-        fmt::format("{}: observation {} has {} parameters, {} responses and {} variances, expected "
-                    "{}, {} and {}",
-                    name_, observation.id, observation.point.size(), responses, variances,
-                    space_.dimension(), count, count));
-  }
+  CheckSizes(name_, observation, space_.dimension(), objectives_);
   if (observation.id >= first_id_ + static_cast<std::int64_t>(next_)) {
     throw std::invalid_argument(
         fmt::format("{}: candidate {} has not been asked for", name_, observation.id));

@@ -1,4 +1,4 @@
-#include "optimizers/bayesian/models.h"
+#include "optimizers/models.h"
 
 #include <algorithm>
 #include <cmath>
@@ -87,18 +87,6 @@ double VarianceOfObjective(const Objectives& objectives, const Observation& obse
 }
 
 }  // namespace
-
-bool Complete(const Observation& observation) {
-  return !observation.failed && observation.responses.allFinite();
-}
-
-Eigen::MatrixXd Rows(const std::vector<Eigen::VectorXd>& points, Eigen::Index dimension) {
-  Eigen::MatrixXd rows(static_cast<Eigen::Index>(points.size()), dimension);
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    rows.row(static_cast<Eigen::Index>(i)) = points[i].transpose();
-  }
-  return rows;
-}
 
 Models FitResponses(const SearchSpace& space, const Objectives& objectives,
                     const ObservationsById& observations, const ModelOptions& options) {

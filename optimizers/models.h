@@ -1,22 +1,13 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
-#include <map>
 #include <vector>
 
+#include "optimizers/observations.h"
 #include "optimizers/optimizer.h"
 #include "surrogates/gaussian_process.h"
 
 namespace powdercal {
-
-/// By id, so that the order of telling makes no difference, not even of rounding.
-using ObservationsById = std::map<std::int64_t, Observation>;
-
-/// Succeeded, with all of its responses.
-bool Complete(const Observation& observation);
-/// Points as the rows of a matrix.
-Eigen::MatrixXd Rows(const std::vector<Eigen::VectorXd>& points, Eigen::Index dimension);
 
 struct ModelOptions {
   Kernel kernel = Kernel::matern52;
