@@ -7,9 +7,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <optional>
-#include <stdexcept>
 
 #include "core/random.h"
 #include "optimizers/bayesian/improvement.h"
@@ -89,7 +87,7 @@ class Bayesian final : public Optimizer {
   Eigen::MatrixXd ObjectiveRows() const;
   Models FitModels() const;
   std::unique_ptr<Acquisition> MakeAcquisition(const Scalarisation& scalarisation) const;
-  std::unique_ptr<Acquisition> MakeSampledAcquisition() const;
+  std::unique_ptr<Acquisition> MakeSampledAcquisition(const Scalarisation& scalarisation) const;
   std::vector<ObjectiveTerm> Terms() const;
   Eigen::VectorXd Reference() const;
   Eigen::MatrixXd Anchors(const Scalarisation& scalarisation, const Acquisition& acquisition) const;
@@ -279,7 +277,7 @@ std::vector<ObjectiveTerm> Bayesian::Terms() const {
 }
 
 std::unique_ptr<Acquisition> Bayesian::MakeAcquisition(const Scalarisation& scalarisation) const {
-  if (kind_ == Kind::qlog_nei || ForSeveral(kind_)) return MakeSampledAcquisition();
+  if (kind_ == Kind::qlog_nei || ForSeveral(kind_)) return MakeSampledAcquisition(scalarisation);
   ImprovementAcquisition::Objective objective;
   if (ForScalar(kind_) || objectives_.targets.front().minimise) {
     objective.composite = false;
@@ -324,7 +322,8 @@ std::unique_ptr<Acquisition> Bayesian::MakeAcquisition(const Scalarisation& scal
   return acquisition;
 }
 
-std::unique_ptr<Acquisition> Bayesian::MakeSampledAcquisition() const {
+std::unique_ptr<Acquisition> Bayesian::MakeSampledAcquisition(
+    const Scalarisation& scalarisation) const {
   SampledAcquisition::Data data{
       .processes = models_->processes, .terms = Terms(), .feasibility = LearnFeasibility(observations_, dimension_)};
   std::vector<Eigen::VectorXd> counted;
@@ -355,7 +354,7 @@ std::unique_ptr<Acquisition> Bayesian::MakeSampledAcquisition() const {
     RandomStream random = stream_.Split(static_cast<std::uint64_t>(asked_)).Split("outcomes");
     Eigen::MatrixXd normals(static_cast<Eigen::Index>(data.processes.size()), samples);
     for (double& z : normals.reshaped()) z = random.Normal();
-    utility = MakeChebyshevUtility(data.terms, Scalarise().shares, normals);
+    utility = MakeChebyshevUtility(data.terms, scalarisation.shares, normals);
   }
   return std::make_unique<SampledAcquisition>(std::move(data), std::move(utility), samples,
                                               stream_.Split("samples").seed());
