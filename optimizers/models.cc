@@ -44,16 +44,10 @@ GaussianProcess FitProcess(const SearchSpace& space, const ModelOptions& models,
                            const Series& series, double fallback_scale) {
   GaussianProcess::Options options;
   options.model.kernel = models.kernel;
-  // Known variances come with the observations; what is learned besides is often nothing, which a
-  // handful of points cannot show. The process's own prior, LogNormal(−4, 1), makes a search miss
-  // targets by a tenth of the spread of the responses. This one is lower, and wide enough for noise
-  // that nobody told of: on the environmental model of 4 parameters, without noise, medians of chi²
-  // after 20 evaluations fall from 3e-5, with LogNormal(−6, 2), to 7e-8, and noisy ones stay as they
-  // were (benchmarks/optimizer_suite). The weaker tie of the lengthscales finds inputs that do
-  // nothing sooner.
-  options.model.noise_location = -9;
-  options.model.noise_scale = 3;
-  options.model.noise_floor = 1e-8;
+  options.model.noise_location = models.noise_location;
+  options.model.noise_scale = models.noise_scale;
+  options.model.noise_floor = models.noise_floor;
+  // A weaker tie of the lengthscales finds inputs that do nothing sooner.
   options.model.lengthscale_spread = 1;
   options.fallback_scale = fallback_scale;
   options.inputs = InputsOf(space);

@@ -36,6 +36,7 @@ class SurrogateLm final : public Optimizer {
   SurrogateLm(const SurrogateLmOptions& options, const SearchSpace& space,
               const Objectives& objectives, std::uint64_t seed)
       : options_(options),
+        space_(space),
         dimension_(space.dimension()),
         objectives_(objectives),
         stream_(RandomStream(seed).Split("surrogate_lm")) {
@@ -70,6 +71,7 @@ class SurrogateLm final : public Optimizer {
   Eigen::MatrixXd Taken() const { return TakenPoints(observations_, pending_, dimension_); }
 
   SurrogateLmOptions options_;
+  SearchSpace space_;
   int dimension_;
   Objectives objectives_;
   RandomStream stream_;
@@ -143,7 +145,7 @@ Candidate SurrogateLm::Propose() {
 }
 
 void SurrogateLm::Model() {
-  models_.emplace(objectives_, observations_, dimension_, options_.kernel);
+  models_.emplace(space_, objectives_, observations_, options_.kernel);
   minima_.clear();
   message_.clear();
   if (models_->size() == 0) return;
