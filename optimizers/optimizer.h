@@ -133,6 +133,8 @@ class Optimizer {
                                          const Objectives& objectives) const = 0;
 };
 
+struct DesignOptions;
+
 /// An optimizer's own section of the study file. Created by name; holds the options; makes
 /// optimizers.
 class OptimizerFactory {
@@ -143,6 +145,9 @@ class OptimizerFactory {
   virtual void Serialize(Archive& archive, const SearchSpace& space) = 0;
   virtual std::unique_ptr<Optimizer> Make(const SearchSpace& space, const Objectives& objectives,
                                           std::uint64_t seed) const = 0;
+  /// What its optimizers begin with, to be changed at will; null: they begin with nothing of the
+  /// kind.
+  virtual DesignOptions* initial_design() { return nullptr; }
 };
 
 /// Names of all optimizers, sorted. The designs (corners_and_centre, grid, latin_hypercube, list,

@@ -475,6 +475,7 @@ class BayesianFactory final : public OptimizerFactory {
                                   std::uint64_t seed) const override {
     return MakeBayesian(options_, space, objectives, seed);
   }
+  DesignOptions* initial_design() override { return &options_.initial_design; }
 
  private:
   BayesianOptions options_;

@@ -264,6 +264,7 @@ class LeastSquaresFactory final : public OptimizerFactory {
                                   std::uint64_t seed) const override {
     return MakeLeastSquares(options_, space, objectives, seed);
   }
+  DesignOptions* initial_design() override { return &options_.initial_design; }
 
  private:
   LeastSquaresOptions options_;

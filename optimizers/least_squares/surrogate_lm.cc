@@ -290,6 +290,7 @@ class SurrogateLmFactory final : public OptimizerFactory {
                                   std::uint64_t seed) const override {
     return MakeSurrogateLm(options_, space, objectives, seed);
   }
+  DesignOptions* initial_design() override { return &options_.initial_design; }
 
  private:
   SurrogateLmOptions options_;

@@ -111,7 +111,7 @@ std::string Generational::ExplainUnsupported(const SearchSpace& space,
         "{} cannot search categories, which have no order ({}); use {}", name_, parameter.name,
         traits_.pareto ? "moead with `implementation: own`" : "genetic with `implementation: own`");
   }
-  return options_.has_design ? options_.initial_design.ExplainUnsupported(space) : "";
+  return options_.initial_design.ExplainUnsupported(space);
 }
 
 void Generational::StartBatch(const std::vector<Eigen::VectorXd>& points,
@@ -128,7 +128,7 @@ void Generational::StartBatch(const std::vector<Eigen::VectorXd>& points,
 
 void Generational::StartDesign() {
   DesignOptions design = options_.initial_design;
-  if (!options_.has_design) design = {.name = "sobol", .points = population_};
+  if (!options_.HasDesign()) design.points = population_;
   std::vector<Eigen::VectorXd> points;
   std::vector<std::string> labels;
   for (DesignPoint& next : MakeDesign(design, space_, seed_)) {
