@@ -83,15 +83,6 @@ Search Run(const TestProblem& problem, Optimizer* optimizer, int evaluations, in
   return search;
 }
 
-double Quantile(std::vector<double> values, double share) {
-  std::sort(values.begin(), values.end());
-  const double place = share * static_cast<double>(values.size() - 1);
-  const auto low = static_cast<std::size_t>(place);
-  const std::size_t high = std::min(low + 1, values.size() - 1);
-  if (values[low] == values[high]) return values[low];
-  return values[low] + (place - static_cast<double>(low)) * (values[high] - values[low]);
-}
-
 json Summary(const TestProblem& problem, const std::vector<double>& values) {
   const auto [low, high] = std::minmax_element(values.begin(), values.end());
   return {{"median", Median(values)},

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <set>
 
+#include "core/statistics.h"
+
 namespace powdercal {
 namespace {
 
@@ -24,11 +26,6 @@ struct Series {
 
 Eigen::VectorXd Vector(const std::vector<double>& values) {
   return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
-}
-
-double UpperMedian(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
 }
 
 InputMap InputsOf(const SearchSpace& space) {
