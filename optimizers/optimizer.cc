@@ -24,7 +24,7 @@ struct Entry {
   Maker make;
 };
 
-constexpr std::array<Entry, 17> kOptimizers = {{
+constexpr std::array<Entry, 18> kOptimizers = {{
     {"ant_colony", MakeMetaheuristicFactory},
     {"bayesian", [](const std::string&) { return MakeBayesianFactory(); }},
     {"cma_es", MakeMetaheuristicFactory},
@@ -38,6 +38,7 @@ constexpr std::array<Entry, 17> kOptimizers = {{
     {"moead", MakeMetaheuristicFactory},
     {"nsga2", MakeMetaheuristicFactory},
     {"nspso", MakeMetaheuristicFactory},
+    {"orthogonal_array", MakeDesignFactory},
     {"particle_swarm", MakeMetaheuristicFactory},
     {"random", [](const std::string&) { return MakeRandomSearchFactory(); }},
     {"sobol", MakeDesignFactory},

@@ -151,7 +151,7 @@ class OptimizerFactory {
 };
 
 /// Names of all optimizers, sorted. The designs (corners_and_centre, grid, latin_hypercube, list,
-/// sobol) are optimizers of their own: they ask for their points and are done.
+/// orthogonal_array, sobol) are optimizers of their own: they ask for their points and are done.
 std::span<const std::string> OptimizerNames();
 /// Throws InputError for an unknown name.
 std::unique_ptr<OptimizerFactory> MakeOptimizerFactory(const std::string& name);

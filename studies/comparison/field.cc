@@ -6,6 +6,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "optimizers/designs/orthogonal_array.h"
 #include "optimizers/optimizer_text.h"
 
 namespace powdercal::comparison {
@@ -48,6 +49,13 @@ std::string WithBudget(const std::string& label, int evaluations, int dimension)
     return fmt::format("{}{}{}={}", label, label == name ? ":" : ",", key, value);
   };
   if (name == "sobol" || name == "latin_hypercube") return add("points", evaluations);
+  if (name == "orthogonal_array") {
+    int levels = OrthogonalArrayLevels().front();
+    for (const int more : OrthogonalArrayLevels()) {
+      if (more * more <= evaluations) levels = more;
+    }
+    return add("levels", levels);
+  }
   if (name != "grid") return label;
   int levels = 2;
   while (std::pow(levels + 1, dimension) <= evaluations) ++levels;
