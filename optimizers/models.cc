@@ -28,15 +28,6 @@ Eigen::VectorXd Vector(const std::vector<double>& values) {
   return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
-InputMap InputsOf(const SearchSpace& space) {
-  std::vector<InputMap::Coordinate> coordinates;
-  for (const Parameter& parameter : space.parameters) {
-    const bool categorical = parameter.kind == Parameter::Kind::categorical;
-    coordinates.push_back({.categories = categorical ? parameter.levels() : 0});
-  }
-  return InputMap(std::move(coordinates));
-}
-
 GaussianProcess FitProcess(const SearchSpace& space, const ModelOptions& models,
                            const Series& series, double fallback_scale) {
   GaussianProcess::Options options;
@@ -78,6 +69,15 @@ double VarianceOfObjective(const Objectives& objectives, const Observation& obse
 }
 
 }  // namespace
+
+InputMap InputsOf(const SearchSpace& space) {
+  std::vector<InputMap::Coordinate> coordinates;
+  for (const Parameter& parameter : space.parameters) {
+    const bool categorical = parameter.kind == Parameter::Kind::categorical;
+    coordinates.push_back({.categories = categorical ? parameter.levels() : 0});
+  }
+  return InputMap(std::move(coordinates));
+}
 
 Models FitResponses(const SearchSpace& space, const Objectives& objectives,
                     const ObservationsById& observations, const ModelOptions& options) {

@@ -72,6 +72,11 @@ double CoordinateOf(const Parameter& parameter, double value) {
 
 }  // namespace
 
+const std::string& Parameter::CategoryAt(double index) const {
+  const double last = static_cast<double>(categories.size()) - 1;
+  return categories.at(static_cast<std::size_t>(std::clamp(std::round(index), 0.0, last)));
+}
+
 int Parameter::levels() const {
   return kind == Kind::continuous ? 0 : static_cast<int>(std::lround(upper - lower)) + 1;
 }
