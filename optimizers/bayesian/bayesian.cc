@@ -287,7 +287,8 @@ Candidate Bayesian::Propose() {
   message_ += "; filling space instead";
   return {.point = space_.Snap(FarthestPoint(Taken().leftCols(dimension_), dimension_,
                                              kSpaceFillingTrials, stream.seed())),
-          .origin = "space filling: " + message_};
+          .origin = "space filling: " + message_,
+          .fidelity = CheapestFidelity()};
 }
 
 double Bayesian::CheapestFidelity() const {
