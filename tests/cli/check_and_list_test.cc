@@ -124,7 +124,9 @@ TEST(List, AParameterOfNamesHasItsChoices) {
   for (const json& parameter : json::parse(result.output).at("parameters")) {
     const bool model = parameter.at("name") == "rolling_model";
     EXPECT_EQ(parameter.contains("choices"), model);
-    if (model) EXPECT_EQ(parameter.at("choices"), json::array({"none", "cdt", "epsd2"}));
+    if (model) {
+      EXPECT_EQ(parameter.at("choices"), json::array({"none", "cdt", "epsd2"}));
+    }
     found = found || model;
   }
   EXPECT_TRUE(found);
