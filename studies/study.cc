@@ -432,12 +432,12 @@ std::vector<const ObservedResponse*> Study::Observations() const {
 }
 
 ContactLaw Study::LawAt(const std::vector<double>& parameters) const {
-  SimulatedPowder powder{.sizes = this->powder.sizes, .materials = {}, .law = law};
+  SimulatedPowder simulated{.sizes = powder.sizes, .materials = {}, .law = law};
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const Parameter& parameter = space.parameters[i];
-    if (parameter.categorical()) ApplyParameter(parameter, parameters[i], powder);
+    if (parameter.categorical()) ApplyParameter(parameter, parameters[i], simulated);
   }
-  return powder.law;
+  return simulated.law;
 }
 
 int Study::parallel() const {
