@@ -106,7 +106,7 @@ struct Search {
 };
 
 // Until so much is spent.
-Search Run(const TestProblem& problem, bool several, double budget, std::uint64_t seed) {
+Search SearchUntil(const TestProblem& problem, bool several, double budget, std::uint64_t seed) {
   BayesianOptions options{.initial_design = problem.initial_design};
   if (several) options.fidelities = problem.fidelities;
   const auto optimizer = MakeBayesian(options, problem.space, problem.objectives, seed);
@@ -125,7 +125,7 @@ Search Run(const TestProblem& problem, bool several, double budget, std::uint64_
 
 TEST(BayesianFidelityTest, BeginsCheaplyThenLearnsHowTheTargetDiffers) {
   const TestProblem problem = MakeTestProblem("branin_multi_fidelity", "");
-  const Search search = Run(problem, true, 6, 1);
+  const Search search = SearchUntil(problem, true, 6, 1);
   ASSERT_GT(search.asked.size(), 8);
   for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(search.asked[i].fidelity, 0.5) << i;
   for (std::size_t i = 5; i < 7; ++i) EXPECT_EQ(search.asked[i].fidelity, 1) << i;
@@ -139,8 +139,8 @@ TEST(BayesianFidelityTest, BeginsCheaplyThenLearnsHowTheTargetDiffers) {
 
 TEST(BayesianFidelityTest, SameCallsGiveSamePointsAndFidelities) {
   const TestProblem problem = MakeTestProblem("branin_multi_fidelity", "");
-  const Search first = Run(problem, true, 5, 3);
-  const Search second = Run(problem, true, 5, 3);
+  const Search first = SearchUntil(problem, true, 5, 3);
+  const Search second = SearchUntil(problem, true, 5, 3);
   ASSERT_EQ(first.asked.size(), second.asked.size());
   for (std::size_t i = 0; i < first.asked.size(); ++i) {
     EXPECT_EQ(first.asked[i].point, second.asked[i].point);
@@ -153,8 +153,8 @@ TEST(BayesianFidelityTest, ReachesTheSameRegretForLess) {
   std::vector<double> several;
   std::vector<double> target;
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-    several.push_back(Run(problem, true, 14, seed).regret);
-    target.push_back(Run(problem, false, 20, seed).regret);
+    several.push_back(SearchUntil(problem, true, 14, seed).regret);
+    target.push_back(SearchUntil(problem, false, 20, seed).regret);
   }
   EXPECT_LE(Median(several), Median(target));
 }
