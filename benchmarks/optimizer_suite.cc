@@ -37,7 +37,7 @@ struct Options {
 
 struct Search {
   double measure = NAN;
-  std::map<int, double> at;  // measure after so many evaluations
+  std::map<int, double> at;  // measure after so much cost, in evaluations at the target
   int evaluations = 0;
   double seconds_per_ask = 0;
   std::map<int, double> seconds_at;  // of one ask and tell with so many observations
@@ -56,17 +56,23 @@ Search Run(const TestProblem& problem, Optimizer* optimizer, int evaluations, in
   Search search;
   std::vector<Eigen::VectorXd> truth;
   std::vector<double> seconds;
+  std::vector<double> costs;  // up to each evaluation
+  double spent = 0;
   double telling = 0;
-  while (static_cast<int>(truth.size()) < evaluations) {
+  while (spent < evaluations) {
     const auto begin = Clock::now();
     const std::vector<Candidate> candidates =
-        optimizer->Ask(std::min(problem.batch, evaluations - static_cast<int>(truth.size())));
+        optimizer->Ask(std::min(problem.batch, evaluations - static_cast<int>(spent)));
     const std::chrono::duration<double> asking = Clock::now() - begin;
     if (candidates.empty()) break;
     seconds.push_back((asking.count() + telling) / static_cast<double>(candidates.size()));
     std::vector<Observation> observations;
     for (const Candidate& candidate : candidates) {
-      truth.push_back(problem.respond(problem.space.FromUnit(candidate.point)));
+      truth.push_back(candidate.fidelity < 1
+                          ? Eigen::VectorXd()
+                          : problem.respond(problem.space.FromUnit(candidate.point)));
+      spent += CostOf(problem, candidate);
+      costs.push_back(spent);
       observations.push_back(Observe(problem, candidate, static_cast<std::uint64_t>(seed)));
     }
     const auto told = Clock::now();
@@ -76,20 +82,15 @@ Search Run(const TestProblem& problem, Optimizer* optimizer, int evaluations, in
   search.measure = problem.measure(truth);
   search.evaluations = static_cast<int>(truth.size());
   search.seconds_per_ask = Median(seconds);
-  for (const int count : Checkpoints(search.evaluations)) {
-    search.seconds_at[count] = seconds[static_cast<std::size_t>(count / problem.batch)];
-    search.at[count] = problem.measure(std::span(truth).first(static_cast<std::size_t>(count)));
+  // Sums of tenths are a tenth off their value in the last digit.
+  for (const int cost : Checkpoints(static_cast<int>(spent + 1e-9))) {
+    const auto end = std::upper_bound(costs.begin(), costs.end(), cost + 1e-9);
+    const auto count = static_cast<std::size_t>(end - costs.begin());
+    search.seconds_at[cost] =
+        seconds[std::min(count / static_cast<std::size_t>(problem.batch), seconds.size() - 1)];
+    search.at[cost] = problem.measure(std::span(truth).first(count));
   }
   return search;
-}
-
-double Quantile(std::vector<double> values, double share) {
-  std::sort(values.begin(), values.end());
-  const double place = share * static_cast<double>(values.size() - 1);
-  const auto low = static_cast<std::size_t>(place);
-  const std::size_t high = std::min(low + 1, values.size() - 1);
-  if (values[low] == values[high]) return values[low];
-  return values[low] + (place - static_cast<double>(low)) * (values[high] - values[low]);
 }
 
 json Summary(const TestProblem& problem, const std::vector<double>& values) {
@@ -104,6 +105,7 @@ json Summary(const TestProblem& problem, const std::vector<double>& values) {
 json Measure(const TestProblem& problem, const std::string& optimizer, const Options& options) {
   const std::unique_ptr<OptimizerFactory> factory =
       ParseOptimizer(optimizer, problem.space, &problem.initial_design);
+  if (auto* fidelities = factory->fidelities()) *fidelities = problem.fidelities;
   std::vector<double> values;
   std::vector<double> seconds;
   std::map<int, std::vector<double>> at;

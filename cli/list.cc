@@ -61,6 +61,10 @@ json ListParameters() {
                     {"unit", parameter.unit},
                     {"symbol", parameter.symbol},
                     {"description", parameter.description}});
+    if (parameter.categories.empty()) continue;
+    list.back()["choices"] = parameter.categories;
+    list.back()["description"] =
+        fmt::format("{}: {}", parameter.description, JoinNames(parameter.categories));
   }
   return list;
 }

@@ -18,6 +18,13 @@ namespace {
 double ReadParameter(const Parameter& parameter, const std::string& text) {
   const InputError::Details details{
       .location = {"command line"}, .key = parameter.name, .value = text};
+  if (parameter.categorical()) {
+    const auto found = std::find(parameter.categories.begin(), parameter.categories.end(), text);
+    if (found == parameter.categories.end()) {
+      throw UnknownName("choice", text, parameter.categories, details);
+    }
+    return static_cast<double>(found - parameter.categories.begin());
+  }
   double value = 0;
   try {
     const Quantity quantity = Quantity::Parse(text);

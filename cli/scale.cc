@@ -135,7 +135,8 @@ json StudyToJson(const Study& study, const std::vector<double>& parameters,
                    {"experiments", PiGroupsToJson(tables)},
                    {"modes", ModesToJson(costs)}};
   for (std::size_t i = 0; i < parameters.size(); ++i) {
-    document["parameters"][study.space.parameters[i].name] = parameters[i];
+    const Parameter& parameter = study.space.parameters[i];
+    document["parameters"][parameter.name] = ValueToJson(parameter, parameters[i]);
   }
   std::vector<PowderCohesion> readings;
   for (std::size_t i = 0; i < tables.size(); ++i) {

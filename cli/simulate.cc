@@ -211,7 +211,8 @@ int Simulate(Options options) {
                      {"approximations", ApproximationsToJson(approximations)},
                      {"runs", list}};
     for (std::size_t i = 0; i < values.size(); ++i) {
-      document["parameters"][study.space.parameters[i].name] = values[i];
+      const Parameter& parameter = study.space.parameters[i];
+      document["parameters"][parameter.name] = ValueToJson(parameter, values[i]);
     }
     Print("{}\n", document.dump(2));
   }

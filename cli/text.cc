@@ -48,13 +48,17 @@ std::string Response(const ResponseResult& response, bool fitted) {
 
 }  // namespace
 
+std::string HumanValue(const Parameter& parameter, double value) {
+  return parameter.categorical() ? parameter.CategoryAt(value)
+                                 : HumanQuantity(value, parameter.unit);
+}
+
 std::string DescribePoint(const std::vector<Parameter>& parameters,
                           const std::vector<double>& values) {
   std::string text;
   for (std::size_t i = 0; i < parameters.size() && i < values.size(); ++i) {
     if (i > 0) text += ", ";
-    text +=
-        fmt::format("{} = {}", parameters[i].symbol, HumanQuantity(values[i], parameters[i].unit));
+    text += fmt::format("{} = {}", parameters[i].symbol, HumanValue(parameters[i], values[i]));
   }
   return text;
 }
@@ -88,7 +92,7 @@ std::string Summary(const StudyResults& results) {
     text += "best:\n";
     for (const Parameter& parameter : results.parameters) {
       text += fmt::format("  {} ({}) = {}\n", parameter.name, parameter.symbol,
-                          HumanQuantity(best.parameters.at(parameter.name), parameter.unit));
+                          HumanValue(parameter, best.parameters.at(parameter.name)));
     }
     for (const ResponseResult& response : best.responses) text += Response(response, true);
     text += fmt::format("  chi2 = {:.3g}\n", best.chi2.value_or(0));

@@ -8,6 +8,9 @@
 
 namespace powdercal::cli {
 
+/// "4.75e+04 J/m3"; the name of a category.
+std::string HumanValue(const Parameter& parameter, double value);
+
 /// "k = 4.75e+04 J/m3, mu_r = 0.5".
 std::string DescribePoint(const std::vector<Parameter>& parameters,
                           const std::vector<double>& values);

@@ -13,5 +13,10 @@ double SquaresAboutMean(std::span<const double> values);
 double StandardDeviation(std::span<const double> values);
 /// Of an even number of values the mean of the middle two; NaN without values.
 double Median(std::vector<double> values);
+/// Of an even number of values the upper one of the middle two; NaN without values.
+double UpperMedian(std::vector<double> values);
+/// Linear between order statistics (Hyndman & Fan 1996, type 7), 0 ≤ p ≤ 1; ∞ where that involves
+/// a value that is infinite; NaN without values.
+double Quantile(std::vector<double> values, double p);
 
 }  // namespace powdercal

@@ -6,7 +6,7 @@
 #include <limits>
 #include <numeric>
 
-#include "experiments/layer_measures.h"
+#include "core/statistics.h"
 
 namespace powdercal {
 namespace {
@@ -29,7 +29,7 @@ class ColumnTops {
     std::vector<double> heights;
     heights.reserve(tops_.size());
     for (const std::vector<double>& columns : tops_) {
-      heights.push_back(quantile ? SampleQuantile(columns, *quantile)
+      heights.push_back(quantile ? Quantile(columns, *quantile)
                                  : std::accumulate(columns.begin(), columns.end(), 0.0) /
                                        static_cast<double>(columns.size()));
     }

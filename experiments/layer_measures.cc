@@ -7,6 +7,8 @@
 #include <limits>
 #include <utility>
 
+#include "core/statistics.h"
+
 namespace powdercal {
 namespace {
 
@@ -53,21 +55,12 @@ double CoveredFraction(const std::vector<Disc>& discs, const PlateWindow& window
 
 }  // namespace
 
-double SampleQuantile(std::vector<double> values, double p) {
-  assert(!values.empty() && p >= 0 && p <= 1);
-  std::sort(values.begin(), values.end());
-  const double rank = p * static_cast<double>(values.size() - 1);
-  const auto below = static_cast<std::size_t>(rank);
-  const std::size_t above = std::min(below + 1, values.size() - 1);
-  return std::lerp(values[below], values[above], rank - static_cast<double>(below));
-}
-
 double DiameterQuantile(const Packing& packing, double p) {
   if (packing.empty()) return 0;
   std::vector<double> diameters;
   diameters.reserve(packing.size());
   for (const Sphere& sphere : packing) diameters.push_back(2 * sphere.radius);
-  return SampleQuantile(std::move(diameters), p);
+  return Quantile(std::move(diameters), p);
 }
 
 Coverage MeasureCoverage(const Packing& packing, const PlateWindow& window,

@@ -12,10 +12,6 @@ namespace powdercal {
 // rectangle of the plate that it is to look at and requires it to be valid; spheres count up to the
 // rectangle's sides, with images along y where it is periodic. An empty layer gives zeros.
 
-/// Quantile of numbers, p in [0, 1], linear between the ranks: 0 is the smallest, 1 the largest
-/// (type 7 of Hyndman & Fan 1996, Am. Stat. 50:361). Requires at least one.
-double SampleQuantile(std::vector<double> values, double p);
-
 /// Number quantile of the diameters of a packing [m], p in [0, 1]; p = 0.1 is d10. 0 for an empty
 /// packing.
 double DiameterQuantile(const Packing& packing, double p);

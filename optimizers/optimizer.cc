@@ -24,7 +24,7 @@ struct Entry {
   Maker make;
 };
 
-constexpr std::array<Entry, 17> kOptimizers = {{
+constexpr std::array<Entry, 18> kOptimizers = {{
     {"ant_colony", MakeMetaheuristicFactory},
     {"bayesian", [](const std::string&) { return MakeBayesianFactory(); }},
     {"cma_es", MakeMetaheuristicFactory},
@@ -38,6 +38,7 @@ constexpr std::array<Entry, 17> kOptimizers = {{
     {"moead", MakeMetaheuristicFactory},
     {"nsga2", MakeMetaheuristicFactory},
     {"nspso", MakeMetaheuristicFactory},
+    {"orthogonal_array", MakeDesignFactory},
     {"particle_swarm", MakeMetaheuristicFactory},
     {"random", [](const std::string&) { return MakeRandomSearchFactory(); }},
     {"sobol", MakeDesignFactory},
@@ -70,6 +71,11 @@ double CoordinateOf(const Parameter& parameter, double value) {
 }
 
 }  // namespace
+
+const std::string& Parameter::CategoryAt(double index) const {
+  const double last = static_cast<double>(categories.size()) - 1;
+  return categories.at(static_cast<std::size_t>(std::clamp(std::round(index), 0.0, last)));
+}
 
 int Parameter::levels() const {
   return kind == Kind::continuous ? 0 : static_cast<int>(std::lround(upper - lower)) + 1;

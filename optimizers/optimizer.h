@@ -30,6 +30,9 @@ struct Parameter {
 
   /// Number of values that a discrete parameter can take; 0: continuous.
   int levels() const;
+  bool categorical() const { return kind == Kind::categorical; }
+  /// categorical: the name of the category that an index stands for, the nearest valid one.
+  const std::string& CategoryAt(double index) const;
 };
 
 /// The box that is searched. Optimizers see the unit box only. A discrete parameter with n levels
@@ -81,6 +84,7 @@ struct Candidate {
   std::int64_t id = 0;    ///< 0, 1, 2, … in the order of asking
   Eigen::VectorXd point;  ///< in the unit box
   std::string origin;     ///< for people: "initial design: corner 3", "composite_log_ei"
+  double fidelity = 1;    ///< at which to evaluate it, of OptimizerFactory::fidelities()
 };
 
 /// What came of a candidate. A candidate may be told again when more replicates are known; the
@@ -92,6 +96,7 @@ struct Observation {
   Eigen::VectorXd variances;  ///< of those means, from seed scatter; 0: unknown or none
   bool failed = false;        ///< no response at all; never turned into a number
   std::string failure;        ///< reason, when failed
+  double fidelity = 1;        ///< in (0, 1], at which it was evaluated; 1: the target
 };
 
 struct Status {
@@ -133,6 +138,14 @@ class Optimizer {
                                          const Objectives& objectives) const = 0;
 };
 
+struct DesignOptions;
+
+/// A fidelity at which evaluations can be made.
+struct FidelityLevel {
+  double fidelity = 1;  ///< in (0, 1]; 1: the target, which alone counts in the end
+  double cost = 1;      ///< of an evaluation, > 0, in units of one at the target
+};
+
 /// An optimizer's own section of the study file. Created by name; holds the options; makes
 /// optimizers.
 class OptimizerFactory {
@@ -143,10 +156,16 @@ class OptimizerFactory {
   virtual void Serialize(Archive& archive, const SearchSpace& space) = 0;
   virtual std::unique_ptr<Optimizer> Make(const SearchSpace& space, const Objectives& objectives,
                                           std::uint64_t seed) const = 0;
+  /// What its optimizers begin with, to be changed at will; null: they begin with nothing of the
+  /// kind.
+  virtual DesignOptions* initial_design() { return nullptr; }
+  /// From which its optimizers choose for each candidate, to be changed at will; empty: everything
+  /// is evaluated at the target. Null: they cannot choose.
+  virtual std::vector<FidelityLevel>* fidelities() { return nullptr; }
 };
 
 /// Names of all optimizers, sorted. The designs (corners_and_centre, grid, latin_hypercube, list,
-/// sobol) are optimizers of their own: they ask for their points and are done.
+/// orthogonal_array, sobol) are optimizers of their own: they ask for their points and are done.
 std::span<const std::string> OptimizerNames();
 /// Throws InputError for an unknown name.
 std::unique_ptr<OptimizerFactory> MakeOptimizerFactory(const std::string& name);

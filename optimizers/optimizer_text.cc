@@ -1,12 +1,9 @@
 #include "optimizers/optimizer_text.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <vector>
 
 #include "core/archive.h"
-#include "core/errors.h"
 
 namespace powdercal {
 namespace {
@@ -28,17 +25,6 @@ std::vector<std::string> SplitOptions(const std::string& text) {
 
 }  // namespace
 
-bool HasInitialDesign(const OptimizerFactory& factory, const SearchSpace& space) {
-  const std::unique_ptr<OptimizerFactory> fresh = MakeOptimizerFactory(factory.name());
-  try {
-    ReadYaml(fmt::format("{}: sobol", kDesignKey), factory.name(),
-             [&](Archive& archive) { fresh->Serialize(archive, space); });
-  } catch (const InputError&) {
-    return false;  // an unknown key
-  }
-  return true;
-}
-
 std::unique_ptr<OptimizerFactory> ParseOptimizer(const std::string& text, const SearchSpace& space,
                                                  const DesignOptions* initial_design) {
   const std::size_t colon = text.find(':');
@@ -48,14 +34,9 @@ std::unique_ptr<OptimizerFactory> ParseOptimizer(const std::string& text, const 
   const bool named = std::any_of(overrides.begin(), overrides.end(), [](const auto& item) {
     return item.first.starts_with(kDesignKey);
   });
-  std::string section = "{}";
-  if (initial_design != nullptr && !named && HasInitialDesign(*factory, space)) {
-    DesignOptions design = *initial_design;
-    section =
-        WriteYaml([&](Archive& archive) { design.SerializeSection(archive, kDesignKey, space); });
-  }
-  ReadYaml(
-      section, text, [&](Archive& archive) { factory->Serialize(archive, space); }, overrides);
+  ReadYaml("{}", text, [&](Archive& archive) { factory->Serialize(archive, space); }, overrides);
+  DesignOptions* own = factory->initial_design();
+  if (initial_design != nullptr && own != nullptr && !named) *own = *initial_design;
   return factory;
 }
 

@@ -15,7 +15,4 @@ namespace powdercal {
 std::unique_ptr<OptimizerFactory> ParseOptimizer(const std::string& text, const SearchSpace& space,
                                                  const DesignOptions* initial_design);
 
-/// Whether an optimizer begins with an initial design.
-bool HasInitialDesign(const OptimizerFactory& factory, const SearchSpace& space);
-
 }  // namespace powdercal

@@ -106,6 +106,21 @@ TestProblem MakeBranin() {
   return problem;
 }
 
+// Branin's function with a fidelity s that shifts the coefficient of x1² by (1 − s)/10 (Wu,
+// Toscano-Palmerin, Frazier & Wilson 2020, section 5). The target is Branin's function itself.
+TestProblem MakeMultiFidelityBranin() {
+  constexpr double kShift = 0.1;
+  TestProblem problem = MakeBranin();
+  problem.description =
+      "Branin with cheap approximations (Wu et al. 2020), cost 0.1 and 0.3 of the target's";
+  problem.fidelities = {{0.5, 0.1}, {0.8, 0.3}, {1, 1}};
+  problem.respond_at = [](const Eigen::VectorXd& x, double fidelity) {
+    const double shifted = x[1] + kShift * (1 - fidelity) * x[0] * x[0];
+    return Eigen::VectorXd::Constant(1, Branin(x[0], shifted));
+  };
+  return problem;
+}
+
 // The same Hartmann function as in Dixon & Szegö 1978, 6 inputs.
 double Hartmann6(const Eigen::VectorXd& x) {
   static const Eigen::Matrix<double, 4, 6> kA{{10, 3, 17, 3.5, 1.7, 8},
@@ -382,10 +397,11 @@ struct Entry {
 using Path = const std::filesystem::path&;
 constexpr double kHartmannNoise = 0.1;
 constexpr double kEnvironmentalNoise = 0.05;
-constexpr std::array<Entry, 12> kProblems = {{
+constexpr std::array<Entry, 13> kProblems = {{
     {"branin", [](Path) { return MakeBranin(); }},
     {"branin_currin", [](Path) { return MakeBraninCurrin(); }},
     {"branin_currin_noisy", [](Path) { return MakeNoisyBraninCurrin(); }},
+    {"branin_multi_fidelity", [](Path) { return MakeMultiFidelityBranin(); }},
     {"dtlz2", [](Path) { return MakeDtlz2(); }},
     {"environmental", [](Path) { return MakeEnvironmental(0); }},
     {"environmental_noisy", [](Path) { return MakeEnvironmental(kEnvironmentalNoise); }},
@@ -425,9 +441,19 @@ TestProblem MakeFailuresWithoutFailing() {
   return problem;
 }
 
+double CostOf(const TestProblem& problem, const Candidate& candidate) {
+  for (const FidelityLevel& level : problem.fidelities) {
+    if (level.fidelity == candidate.fidelity) return level.cost;
+  }
+  return 1;
+}
+
 Observation Observe(const TestProblem& problem, const Candidate& candidate, std::uint64_t seed) {
-  Observation observation{.id = candidate.id, .point = candidate.point};
-  observation.responses = problem.respond(problem.space.FromUnit(candidate.point));
+  Observation observation{
+      .id = candidate.id, .point = candidate.point, .fidelity = candidate.fidelity};
+  const Eigen::VectorXd values = problem.space.FromUnit(candidate.point);
+  observation.responses = candidate.fidelity < 1 ? problem.respond_at(values, candidate.fidelity)
+                                                 : problem.respond(values);
   if (observation.responses.size() == 0) {
     observation.failed = true;
     observation.failure = "the problem fails here";

@@ -45,6 +45,11 @@ std::string OutcomeTag(const std::string& outcome) {
              : fmt::format("<span class=\"tag bad\">✕ {}</span>", H(ReadableName(outcome)));
 }
 
+std::string ParameterCell(const Parameter& parameter, std::optional<double> value) {
+  if (value && parameter.categorical()) return TextCell(parameter.CategoryAt(*value));
+  return NumberCell(value, 5);
+}
+
 std::string EvaluationRow(const StudyResults& results, const EvaluationResult& evaluation,
                           std::size_t targets, bool best) {
   std::string html = best                         ? "<tr class=\"best\">"
@@ -54,9 +59,9 @@ std::string EvaluationRow(const StudyResults& results, const EvaluationResult& e
                       best ? " <strong>★ best</strong>" : "");
   for (const Parameter& parameter : results.parameters) {
     const auto found = evaluation.parameters.find(parameter.name);
-    html += NumberCell(
-        found == evaluation.parameters.end() ? std::nullopt : std::optional<double>(found->second),
-        5);
+    html += ParameterCell(parameter, found == evaluation.parameters.end()
+                                         ? std::nullopt
+                                         : std::optional<double>(found->second));
   }
   for (std::size_t i = 0; i < targets; ++i) {
     if (i >= evaluation.responses.size()) {
@@ -117,7 +122,7 @@ std::string FrontRow(const StudyResults& results, const EvaluationResult& evalua
   }
   html += TextCell(FittedObjectives(results, evaluation));
   for (const Parameter& parameter : results.parameters) {
-    html += NumberCell(evaluation.parameters.at(parameter.name), 5);
+    html += ParameterCell(parameter, evaluation.parameters.at(parameter.name));
   }
   for (const ResponseResult& response : evaluation.responses) {
     html += NumberCell(Displayed(response), 4);

@@ -43,13 +43,19 @@ std::string ParametersCard(const StudyResults& results) {
     std::string value = "none";
     if (best != nullptr) {
       const auto found = best->parameters.find(parameter.name);
-      if (found != best->parameters.end()) value = Value(found->second, parameter.unit);
+      if (found != best->parameters.end()) {
+        value = parameter.categorical() ? H(parameter.CategoryAt(found->second))
+                                        : Value(found->second, parameter.unit);
+      }
     }
+    const std::string searched = parameter.categorical()
+                                     ? H(Enumerated(parameter.categories))
+                                     : fmt::format("{} – {}", H(NumberText(parameter.lower)),
+                                                   H(ValueText(parameter.upper, parameter.unit)));
     html += fmt::format(
         "<tr><td>{}</td><td class=\"number value\">{}</td>"
-        "<td class=\"number small\">{} – {}</td></tr>\n",
-        ParameterName(parameter), value, H(NumberText(parameter.lower)),
-        H(ValueText(parameter.upper, parameter.unit)));
+        "<td class=\"number small\">{}</td></tr>\n",
+        ParameterName(parameter), value, searched);
   }
   html += "</tbody></table>\n";
   if (best != nullptr) {

@@ -48,6 +48,12 @@ void EmitParameters(YAML::Emitter& out, const StudyResults& results, const Evalu
     Key(out, parameter.name.c_str());
     out << YAML::BeginMap;
     Text(out, "symbol", parameter.symbol);
+    if (parameter.categorical()) {
+      if (found != best.parameters.end()) Text(out, "value", parameter.CategoryAt(found->second));
+      Key(out, "searched");
+      out << YAML::Flow << parameter.categories << YAML::EndMap;
+      continue;
+    }
     Number(out, "value",
            found == best.parameters.end() ? std::nullopt : std::optional<double>(found->second));
     Text(out, "unit", parameter.unit);

@@ -43,6 +43,19 @@ std::string ResponseAxisTitle(const ResponseResult& response) {
 }
 
 json ParameterChannel(const std::string& field, const Parameter& parameter) {
+  if (parameter.categorical()) {
+    json labels = parameter.categories;
+    json positions = json::array();
+    for (int level = 0; level < parameter.levels(); ++level) positions.push_back(level);
+    return {{"field", field},
+            {"type", "quantitative"},
+            {"title", ParameterTitle(parameter)},
+            {"scale", {{"domain", json::array({-0.5, parameter.upper + 0.5})}, {"nice", false}}},
+            {"axis",
+             {{"grid", false},
+              {"values", std::move(positions)},
+              {"labelExpr", labels.dump() + "[datum.value]"}}}};
+  }
   json scale = {{"type", parameter.logarithmic ? "log" : "linear"},
                 {"domain", json::array({parameter.lower, parameter.upper})},
                 {"nice", false}};
@@ -69,6 +82,9 @@ json EvaluationRows(const StudyResults& results) {
       const auto found = evaluation.parameters.find(results.parameters[i].name);
       row[fmt::format("p{}", i)] =
           found == evaluation.parameters.end() ? json(nullptr) : Finite(found->second);
+      if (results.parameters[i].categorical() && found != evaluation.parameters.end()) {
+        row[fmt::format("category{}", i)] = results.parameters[i].CategoryAt(found->second);
+      }
     }
     for (std::size_t i = 0; i < evaluation.responses.size(); ++i) {
       row[fmt::format("r{}", i)] = Finite(evaluation.responses[i].simulated);
@@ -83,15 +99,16 @@ json EvaluationTooltip(const StudyResults& results) {
     return {
         {"field", field}, {"title", title}, {"type", "quantitative"}, {"format", kNumberFormat}};
   };
-  const auto text = [](const char* field, const char* title) -> json {
+  const auto text = [](const std::string& field, const std::string& title) -> json {
     return {{"field", field}, {"title", title}, {"type", "nominal"}};
   };
   json tooltip = json::array(
       {text("evaluation", "evaluation"), text("origin", "origin"), text("outcome", "outcome")});
   for (std::size_t i = 0; i < results.parameters.size(); ++i) {
     const Parameter& parameter = results.parameters[i];
-    tooltip.push_back(
-        number(fmt::format("p{}", i), WithUnit(SymbolText(parameter.symbol), parameter.unit)));
+    const std::string title = WithUnit(SymbolText(parameter.symbol), parameter.unit);
+    tooltip.push_back(parameter.categorical() ? text(fmt::format("category{}", i), title)
+                                              : number(fmt::format("p{}", i), title));
   }
   const std::vector<ResponseResult> targets = TargetResponses(results);
   for (std::size_t i = 0; i < targets.size(); ++i) {

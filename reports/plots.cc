@@ -237,13 +237,17 @@ json ParallelRows(const StudyResults& results, const json& titles) {
     if (!values.allFinite()) continue;
     const Eigen::VectorXd unit = space.ToUnit(values);
     for (int d = 0; d < space.dimension(); ++d) {
-      rows.push_back({{"evaluation", evaluation.id},
-                      {"parameter", titles[d]},
-                      {"position", Rounded(unit[d])},
-                      {"value", values[d]},
-                      {"chi2", *evaluation.chi2},
-                      {"drawn", std::max(*evaluation.chi2, lowest)},
-                      {"best", &evaluation == best}});
+      rows.push_back(
+          {{"evaluation", evaluation.id},
+           {"parameter", titles[d]},
+           {"position", Rounded(unit[d])},
+           {"value", space.parameters[d].categorical() ? json(nullptr) : json(values[d])},
+           {"category", space.parameters[d].categorical()
+                            ? json(space.parameters[d].CategoryAt(values[d]))
+                            : json(nullptr)},
+           {"chi2", *evaluation.chi2},
+           {"drawn", std::max(*evaluation.chi2, lowest)},
+           {"best", &evaluation == best}});
     }
   }
   return rows;
@@ -297,6 +301,9 @@ std::vector<Figure> ParallelFigures(const StudyResults& results) {
   for (const Parameter& parameter : results.parameters) order.push_back(ParameterTitle(parameter));
   const json rows = ParallelRows(results, order);
   json tooltip = json::array({{{"field", "evaluation"}, {"type", "nominal"}}});
+  const bool names = std::any_of(results.parameters.begin(), results.parameters.end(),
+                                 [](const Parameter& p) { return p.categorical(); });
+  if (names) tooltip.push_back({{"field", "category"}, {"type", "nominal"}});
   for (const char* field : {"value", "chi2"}) {
     tooltip.push_back({{"field", field}, {"type", "quantitative"}, {"format", kNumberFormat}});
   }

@@ -7,6 +7,9 @@
 #include <exception>
 #include <vector>
 
+#include "optimizers/models.h"
+#include "surrogates/gaussian_process.h"
+
 namespace powdercal {
 namespace {
 
@@ -66,7 +69,9 @@ ResponseSurface::ResponseSurface(const StudyResults& results, std::size_t target
     variances[i] = samples[i].variance;
   }
   try {
-    surrogate_ = MakeSurrogate("gaussian_process");
+    GaussianProcess::Options options;
+    options.inputs = InputsOf(SearchSpace{results.parameters});
+    surrogate_ = std::make_unique<GaussianProcess>(std::move(options));
     surrogate_->Fit(points, values, variances);
   } catch (const std::exception& error) {
     // A report without this figure is better than none.

@@ -19,9 +19,26 @@ json Numbers(const std::map<std::string, double>& values) {
   return object;
 }
 
+// Of a point: numbers, and names of categories.
+json Values(const std::vector<Parameter>& parameters, const std::map<std::string, double>& values) {
+  json object = Numbers(values);
+  for (const Parameter& parameter : parameters) {
+    const auto found = values.find(parameter.name);
+    if (found != values.end()) object[parameter.name] = ValueToJson(parameter, found->second);
+  }
+  return object;
+}
+
 json Parameters(const std::vector<Parameter>& parameters) {
   json list = json::array();
   for (const Parameter& parameter : parameters) {
+    if (parameter.categorical()) {
+      list.push_back({{"name", parameter.name},
+                      {"symbol", parameter.symbol},
+                      {"unit", parameter.unit},
+                      {"choices", parameter.categories}});
+      continue;
+    }
     list.push_back({{"name", parameter.name},
                     {"symbol", parameter.symbol},
                     {"unit", parameter.unit},
@@ -119,7 +136,7 @@ void AddObjectives(const StudyResults& results, const EvaluationResult& evaluati
 
 json FittedPoint(const StudyResults& results, const EvaluationResult& evaluation) {
   json point = {{"evaluation", evaluation.id},
-                {"parameters", Numbers(evaluation.parameters)},
+                {"parameters", Values(results.parameters, evaluation.parameters)},
                 {"responses", FittedResponses(evaluation.responses)},
                 {"chi2", Number(evaluation.chi2)}};
   AddObjectives(results, evaluation, point);
@@ -144,7 +161,7 @@ json HistoryEntry(const StudyResults& results, const EvaluationResult& evaluatio
                                 {"replicates", response.replicates}};
   }
   json entry = {{"evaluation", evaluation.id},
-                {"parameters", Numbers(evaluation.parameters)},
+                {"parameters", Values(results.parameters, evaluation.parameters)},
                 {"origin", evaluation.origin},
                 {"outcome", evaluation.outcome},
                 {"responses", std::move(responses)},
@@ -226,6 +243,10 @@ json RunEntry(const EvaluationResult& evaluation, const RunResult& run) {
 }
 
 }  // namespace
+
+json ValueToJson(const Parameter& parameter, double value) {
+  return parameter.categorical() ? json(parameter.CategoryAt(value)) : Number(value);
+}
 
 json ApproximationsToJson(const std::vector<ApproximationStatement>& approximations) {
   json list = json::array();

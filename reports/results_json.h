@@ -13,6 +13,9 @@ namespace powdercal {
 /// study was interrupted; those are in `runs` and `failures`.
 nlohmann::json ResultsToJson(const StudyResults& results);
 
+/// A parameter's value: a number, or the name of a category.
+nlohmann::json ValueToJson(const Parameter& parameter, double value);
+
 /// A list of {part, name, text}.
 nlohmann::json ApproximationsToJson(const std::vector<ApproximationStatement>& approximations);
 

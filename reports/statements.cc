@@ -34,6 +34,7 @@ std::string QualifiedTitle(const ResponseResult& response) {
 
 // A parameter within 1 % of the end of its searched range, or "".
 std::string EdgeOfRange(const Parameter& parameter, double value) {
+  if (parameter.categorical()) return "";
   const bool logarithmic = parameter.logarithmic && parameter.lower > 0 && value > 0;
   const auto map = [&](double x) { return logarithmic ? std::log(x) : x; };
   const double u =

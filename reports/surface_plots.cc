@@ -20,13 +20,23 @@ constexpr int kLineNodes = 121;
 constexpr char kHalo[] = "#ffffff";
 constexpr char kLevel[] = "#111111";
 
+// Indices of the parameters that a surface can be drawn over: not those of names.
+std::vector<int> Numbers(const StudyResults& results) {
+  std::vector<int> indices;
+  for (std::size_t i = 0; i < results.parameters.size(); ++i) {
+    if (!results.parameters[i].categorical()) indices.push_back(static_cast<int>(i));
+  }
+  return indices;
+}
+
 std::vector<std::pair<int, int>> Pairs(const StudyResults& results) {
-  const int d = static_cast<int>(results.parameters.size());
+  const std::vector<int> numbers = Numbers(results);
+  const std::size_t d = numbers.size();
   if (d < 2) return {};
-  if (d > 3) return {{0, 1}};
+  if (d > 3) return {{numbers[0], numbers[1]}};
   std::vector<std::pair<int, int>> pairs;
-  for (int i = 0; i < d; ++i) {
-    for (int j = i + 1; j < d; ++j) pairs.emplace_back(i, j);
+  for (std::size_t i = 0; i < d; ++i) {
+    for (std::size_t j = i + 1; j < d; ++j) pairs.emplace_back(numbers[i], numbers[j]);
   }
   return pairs;
 }
@@ -239,11 +249,14 @@ Figure PlaneFigure(const StudyResults& results, const ResponseResult& target,
 
 Figure LineFigure(const StudyResults& results, const ResponseResult& target,
                   const ResponseSurface& surface, std::size_t index) {
-  const Parameter& parameter = results.parameters[0];
+  const int which = Numbers(results).front();
+  const Parameter& parameter = results.parameters[static_cast<std::size_t>(which)];
+  Eigen::VectorXd point = BasePoint(results);
   json curve = json::array();
   for (int i = 0; i < kLineNodes; ++i) {
     const double u = static_cast<double>(i) / (kLineNodes - 1);
-    const Prediction prediction = surface.Predict(Eigen::VectorXd::Constant(1, u));
+    point[which] = u;
+    const Prediction prediction = surface.Predict(point);
     const double sd = std::sqrt(std::max(0.0, prediction.variance));
     curve.push_back({{"x", Rounded(FromUnit(parameter, u))},
                      {"mean", Rounded(prediction.mean)},
@@ -259,7 +272,8 @@ Figure LineFigure(const StudyResults& results, const ResponseResult& target,
   };
   const std::string response = fmt::format("r{}", index);
   json rows = PlainRows(results);
-  json points = PointLayer(results, rows, ParameterChannel("p0", parameter), y(response));
+  json points = PointLayer(results, rows, ParameterChannel(fmt::format("p{}", which), parameter),
+                           y(response));
   points["transform"].push_back({{"filter", fmt::format("isValid(datum.{})", response)}});
   NameCircles(points);
   Figure figure;
@@ -299,7 +313,7 @@ std::vector<std::string> ParameterPairs(const StudyResults& results) {
 }
 
 std::vector<Figure> SurfaceFigures(const StudyResults& results) {
-  if (results.parameters.empty()) return {};
+  if (Numbers(results).empty()) return {};
   const std::vector<std::pair<int, int>> pairs = Pairs(results);
   const std::vector<ResponseResult> targets = TargetResponses(results);
   std::vector<Figure> figures;

@@ -95,7 +95,7 @@ Conditions Planner::Simulation(std::size_t experiment,
   simulation.friction = contact.friction;
   simulation.wall_friction = powder.materials.particle_wall.friction;
   simulation.rolling_friction = contact.rolling_friction;
-  simulation.directional_torque = study_.law.rolling == ContactLaw::Rolling::cdt;
+  simulation.directional_torque = powder.law.rolling == ContactLaw::Rolling::cdt;
   simulation.time_step = study_.numerics.TimeStep(powder);
   const Materials& materials = powder.materials;
   simulation.rayleigh_time = RayleighTime(powder.sizes.Quantile(0) / 2, materials.density,
@@ -128,7 +128,7 @@ SimulatedPowder Planner::MakePowder(const Conditions& simulation,
   materials.particle_wall = materials.particle_particle;
   materials.particle_wall.friction = known.wall_friction;
   for (std::size_t i = 0; i < parameters.size(); ++i) {
-    ApplyParameter(study_.space.parameters[i].name, parameters[i], powder);
+    ApplyParameter(study_.space.parameters[i], parameters[i], powder);
   }
   if (law_ == Law::simulated) study_.approximations.Apply(powder);
   return powder;
@@ -140,9 +140,12 @@ std::string Planner::ExplainUnplanned(std::size_t experiment) const {
   if (!reason.empty()) {
     return fmt::format("scaling '{}' of {}: {}", scaling_.name(), entry.name(), reason);
   }
-  reason =
-      entry.experiment->ExplainUnsupported(MakePowder(Simulation(experiment, Centre()), Centre()));
-  return reason.empty() ? "" : fmt::format("{}: {}", entry.name(), reason);
+  for (const std::vector<double>& centre : Centres()) {
+    reason =
+        entry.experiment->ExplainUnsupported(MakePowder(Simulation(experiment, centre), centre));
+    if (!reason.empty()) return fmt::format("{}: {}", entry.name(), reason);
+  }
+  return "";
 }
 
 PlannedRun Planner::PlanExperiment(std::size_t experiment, const std::vector<double>& parameters,
@@ -177,6 +180,23 @@ std::vector<double> Planner::Centre() const {
   return {values.begin(), values.end()};
 }
 
+std::vector<std::vector<double>> Planner::Centres() const {
+  std::vector<std::vector<double>> centres = {Centre()};
+  for (std::size_t i = 0; i < study_.space.parameters.size(); ++i) {
+    const Parameter& parameter = study_.space.parameters[i];
+    if (!parameter.categorical()) continue;
+    std::vector<std::vector<double>> more;
+    for (const std::vector<double>& centre : centres) {
+      for (int level = 0; level < parameter.levels(); ++level) {
+        more.push_back(centre);
+        more.back()[i] = level;
+      }
+    }
+    centres = std::move(more);
+  }
+  return centres;
+}
+
 std::vector<std::string> Planner::Warnings(const std::vector<std::size_t>& evaluate_also) const {
   std::vector<std::string> warnings = study_.warnings;
   std::vector<std::size_t> experiments = study_.CalibratedExperiments();
@@ -197,15 +217,18 @@ std::vector<std::string> Planner::Warnings(const std::vector<std::size_t>& evalu
                     program.experiment, fraction));
   }
   // What experiments warn of, chatter of rolling friction, is worst where that is largest.
-  std::vector<double> parameters = Centre();
-  for (std::size_t i = 0; i < parameters.size(); ++i) {
-    const Parameter& parameter = study_.space.parameters[i];
-    if (parameter.name == "rolling_friction") parameters[i] = parameter.upper;
-  }
-  for (const std::size_t i : experiments) {
-    const Program program = PlanExperiment(i, parameters, 0).program;
-    for (std::string& text : study_.experiments[i].experiment->Warnings(program)) {
-      warnings.push_back(std::move(text));
+  for (std::vector<double> parameters : Centres()) {
+    for (std::size_t i = 0; i < parameters.size(); ++i) {
+      const Parameter& parameter = study_.space.parameters[i];
+      if (parameter.name == "rolling_friction") parameters[i] = parameter.upper;
+    }
+    for (const std::size_t i : experiments) {
+      const Program program = PlanExperiment(i, parameters, 0).program;
+      for (std::string& text : study_.experiments[i].experiment->Warnings(program)) {
+        if (std::find(warnings.begin(), warnings.end(), text) == warnings.end()) {
+          warnings.push_back(std::move(text));
+        }
+      }
     }
   }
   return warnings;
@@ -235,7 +258,12 @@ std::string Planner::ExplainUnsupported(const std::vector<std::size_t>& experime
 
 // Requires ExplainUnplanned() == "".
 std::string Planner::ExplainBackend(std::size_t experiment) const {
-  return backend_.ExplainUnsupported(PlanExperiment(experiment, Centre(), 0).program);
+  for (const std::vector<double>& centre : Centres()) {
+    const std::string reason =
+        backend_.ExplainUnsupported(PlanExperiment(experiment, centre, 0).program);
+    if (!reason.empty()) return reason;
+  }
+  return "";
 }
 
 std::vector<std::string> Planner::ConfirmationWarnings() const {

@@ -52,6 +52,8 @@ class Planner {
 
   /// The centre of the search box [SI].
   std::vector<double> Centre() const;
+  /// The same with each combination of the categories; without categories the centre alone.
+  std::vector<std::vector<double>> Centres() const;
 
   /// Why these experiments cannot be run, for the scaling, themselves or the backend, or "".
   std::string ExplainUnsupported(const std::vector<std::size_t>& experiments) const;

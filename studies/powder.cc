@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 
 #include "studies/study.h"
@@ -69,8 +70,13 @@ namespace {
 
 struct ParameterRule {
   FreeParameter parameter;
+  /// Of a category the index among all that it can be.
   void (*apply)(double value, SimulatedPowder& powder);
 };
+
+std::vector<std::string> Names(std::span<const std::string> names) {
+  return {names.begin(), names.end()};
+}
 
 // Sorted by name.
 const std::vector<ParameterRule>& ParameterRules() {
@@ -93,6 +99,10 @@ const std::vector<ParameterRule>& ParameterRules() {
        [](double value, SimulatedPowder& powder) {
          powder.materials.particle_particle.rolling_friction = value;
          powder.materials.particle_wall.rolling_friction = value;
+       }},
+      {{"rolling_model", "1", "rolling", "law of rolling friction", Names(RollingNames())},
+       [](double value, SimulatedPowder& powder) {
+         powder.law.rolling = static_cast<ContactLaw::Rolling>(std::lround(value));
        }},
       {{"surface_energy", "J/m2", "gamma", "DMT adhesion, between particles and at walls"},
        [](double value, SimulatedPowder& powder) {
@@ -118,13 +128,17 @@ std::span<const FreeParameter> FreeParameters() {
   return parameters;
 }
 
-void ApplyParameter(const std::string& name, double value, SimulatedPowder& powder) {
-  for (const ParameterRule& rule : ParameterRules()) {
-    if (rule.parameter.name == name) return rule.apply(value, powder);
-  }
+void ApplyParameter(const Parameter& parameter, double value, SimulatedPowder& powder) {
   std::vector<std::string> valid;
-  for (const ParameterRule& rule : ParameterRules()) valid.push_back(rule.parameter.name);
-  throw UnknownName("parameter", name, valid);
+  for (const ParameterRule& rule : ParameterRules()) {
+    valid.push_back(rule.parameter.name);
+    if (rule.parameter.name != parameter.name) continue;
+    if (!parameter.categorical()) return rule.apply(value, powder);
+    const auto& all = rule.parameter.categories;
+    const auto found = std::find(all.begin(), all.end(), parameter.CategoryAt(value));
+    return rule.apply(static_cast<double>(found - all.begin()), powder);
+  }
+  throw UnknownName("parameter", parameter.name, valid);
 }
 
 }  // namespace powdercal

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <exception>
 
-#include "optimizers/bayesian/models.h"
+#include "optimizers/models.h"
 
 namespace powdercal {
 namespace {

@@ -450,6 +450,7 @@ StudyResults CollectResults(Study& study, const Ledger& ledger) {
     for (std::size_t i = 0; i < parameters.size(); ++i) {
       parameters[i] = results.history[*results.best].parameters.at(study.space.parameters[i].name);
     }
+    results.law = study.LawAt(parameters).ToString();
   }
   const std::vector<std::size_t> also = TransferredExperiments(study, results.transfer);
   std::vector<std::size_t> evaluated = study.CalibratedExperiments();

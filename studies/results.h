@@ -65,7 +65,7 @@ struct RunResult {
 /// One parameter point, in the order of asking.
 struct EvaluationResult {
   std::int64_t id = 0;
-  std::map<std::string, double> parameters;  ///< SI
+  std::map<std::string, double> parameters;  ///< SI; indices of categories
   std::string origin;                        ///< "initial design: corner 3"
   std::string outcome;                       ///< "ok", kPartial, or the reason code of its failure
   std::string message;                       ///< of what failed
@@ -149,7 +149,7 @@ struct StudyResults {
   std::string fidelity;   ///< of experiments without one of their own
   std::vector<ExperimentResult> experiments;
   int replicates = 1;
-  std::string law;         ///< canonical contact law, before approximations
+  std::string law;         ///< canonical contact law of the best point, before approximations
   std::string law_as_run;  ///< in the backend's terms
   std::vector<ApproximationStatement> approximations;       ///< of the law
   std::optional<ApproximationEffect> approximation_effect;  ///< as far as it was measured

@@ -33,6 +33,29 @@ std::vector<std::string> FreeParameterNames() {
   return names;
 }
 
+// Of a parameter that is one of several names.
+void SerializeChoices(Archive& archive, Parameter& parameter, const FreeParameter& known) {
+  if (archive.reading()) {
+    parameter = {.name = known.name,
+                 .symbol = known.symbol,
+                 .unit = known.unit,
+                 .kind = Parameter::Kind::categorical};
+    if (archive.Has("range")) {
+      throw archive.ErrorAt("range", fmt::format("'{}' has `choices`, out of {}", known.name,
+                                                 JoinNames(known.categories)));
+    }
+  }
+  archive.Text("symbol", parameter.symbol);
+  archive.Require("choices");
+  archive.Names("choices", parameter.categories, known.description, known.categories);
+  if (!archive.reading()) return;
+  if (parameter.categories.size() < 2) {
+    throw archive.ErrorAt("choices", fmt::format("at least two of {} are needed to choose from",
+                                                 JoinNames(known.categories)));
+  }
+  parameter.upper = static_cast<double>(parameter.categories.size()) - 1;
+}
+
 // `range` holds bare numbers in `unit`, which may be left out for pure numbers only.
 void SerializeParameter(Archive& archive, Parameter& parameter, const FreeParameter& known) {
   if (archive.reading()) {
@@ -84,7 +107,12 @@ void SerializeParameters(Archive& archive, SearchSpace& space) {
                         {.location = section.LocationOf(""), .key = "parameters"});
     }
     if (section.reading()) space.parameters.emplace_back();
-    SerializeParameter(section, space.parameters[index++], *known);
+    Parameter& parameter = space.parameters[index++];
+    if (known->categories.empty()) {
+      SerializeParameter(section, parameter, *known);
+    } else {
+      SerializeChoices(section, parameter, *known);
+    }
   });
   if (space.parameters.empty()) {
     throw archive.ErrorAt("parameters", "a study needs at least one parameter to find");
@@ -153,6 +181,23 @@ void SerializeOptimizer(Archive& archive, std::unique_ptr<OptimizerFactory>& opt
       "name");
 }
 
+// Where the law of rolling friction is searched for, `law` has one of the choices.
+void SettleRollingModel(Study& study) {
+  for (const Parameter& parameter : study.space.parameters) {
+    if (parameter.name != "rolling_model") continue;
+    const std::string given = RollingNames()[static_cast<std::size_t>(study.law.rolling)];
+    const auto& choices = parameter.categories;
+    if (std::find(choices.begin(), choices.end(), given) != choices.end()) return;
+    if (study.law.rolling != ContactLaw{}.rolling) {
+      study.warnings.push_back(
+          fmt::format("contact_law.rolling: {} has no effect, parameters.rolling_model is searched "
+                      "over {}",
+                      given, JoinNames(choices)));
+    }
+    study.law = study.LawAt(std::vector<double>(study.space.parameters.size(), 0.0));
+  }
+}
+
 // The study but for its budget: what determines the results.
 void SerializeProblem(Archive& archive, Study& study, bool calibration_only = false) {
   archive.Require("study");
@@ -170,6 +215,7 @@ void SerializeProblem(Archive& archive, Study& study, bool calibration_only = fa
                     [&](Archive& section) { study.approximations.Serialize(section, study.law); });
   }
   SerializeParameters(archive, study.space);
+  if (archive.reading()) SettleRollingModel(study);
   SerializeScaling(archive, study.scaling);
   archive.Section("numerics", [&](Archive& section) { study.numerics.Serialize(section); });
   SerializeExperiments(archive, study.experiments, study.base_folder, calibration_only);
@@ -199,7 +245,15 @@ void CheckConsistency(const Study& study, const Archive& archive) {
   needs("cohesion_energy_density", law.cohesion == ContactLaw::Cohesion::sjkr2,
         "no cohesion: sjkr2");
   needs("surface_energy", law.cohesion == ContactLaw::Cohesion::dmt, "no cohesion: dmt");
-  needs("rolling_friction", law.rolling != ContactLaw::Rolling::none, "rolling: none");
+  needs("rolling_friction", law.rolling != ContactLaw::Rolling::none || frees("rolling_model"),
+        "rolling: none");
+  for (const Parameter& parameter : study.space.parameters) {
+    if (!parameter.categorical() || study.backend.backend->simulates()) continue;
+    throw archive.ErrorAt("parameters",
+                          fmt::format("'{}' is a choice of names, and backend '{}' knows numbers "
+                                      "only; use a backend that simulates",
+                                      parameter.name, study.backend.backend->name()));
+  }
   if (study.approximations.any() && !study.backend.backend->simulates()) {
     throw archive.ErrorAt("approximate", fmt::format("backend '{}' simulates nothing that could be "
                                                      "approximated",
@@ -278,7 +332,7 @@ Study Study::Parse(const std::string& text, const std::string& file,
         CheckConsistency(study, archive);
       },
       overrides);
-  study.warnings = PrepareBackend(study);
+  for (std::string& warning : PrepareBackend(study)) study.warnings.push_back(std::move(warning));
   WarnOfCrowding(study);
   return study;
 }
@@ -389,6 +443,15 @@ std::vector<const ObservedResponse*> Study::Observations() const {
     for (const ObservedResponse& observed : experiments[i].observed) list.push_back(&observed);
   }
   return list;
+}
+
+ContactLaw Study::LawAt(const std::vector<double>& parameters) const {
+  SimulatedPowder simulated{.sizes = powder.sizes, .materials = {}, .law = law};
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const Parameter& parameter = space.parameters[i];
+    if (parameter.categorical()) ApplyParameter(parameter, parameters[i], simulated);
+  }
+  return simulated.law;
 }
 
 int Study::parallel() const {

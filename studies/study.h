@@ -100,19 +100,24 @@ struct Study {
   Objectives MakeObjectives() const;
   /// "consolidation.void_ratio" → the observation behind each target, in MakeObjectives() order.
   std::vector<const ObservedResponse*> Observations() const;
+  /// The contact law, before approximations, with the categories of these parameters.
+  ContactLaw LawAt(const std::vector<double>& parameters) const;
   int parallel() const;  ///< budget.parallel with 0 replaced by the runs that fit on the cores
 };
 
-/// Names and units of the parameters that a study may free, sorted by name.
+/// A parameter that a study may free.
 struct FreeParameter {
   std::string name;
   std::string unit;
   std::string symbol;
   std::string description;
+  /// Of a categorical one, all that it can be; empty: it is a number.
+  std::vector<std::string> categories = {};
 };
+/// Sorted by name.
 std::span<const FreeParameter> FreeParameters();
-/// Puts a free parameter's value [SI] into the simulated powder.
-void ApplyParameter(const std::string& name, double value, SimulatedPowder& powder);
+/// Puts a free parameter's value [SI; the index of a category] into the simulated powder.
+void ApplyParameter(const Parameter& parameter, double value, SimulatedPowder& powder);
 
 /// Where the shipped studies lie on this machine (source tree or installed), or empty.
 std::filesystem::path LibraryFolder();

@@ -305,20 +305,34 @@ Prediction GaussianProcess::PredictWithGradient(const Eigen::VectorXd& point,
   return posterior.prediction;
 }
 
-GaussianProcess::PointPosterior GaussianProcess::PosteriorAt(const Eigen::VectorXd& point,
-                                                             int tail_size, bool gradients) const {
-  assert(alpha_.size() > 0 && tail_size <= alpha_.size());
-  assert(options_.inputs.InputCount(point.size()) == points_.cols());
+Eigen::VectorXd GaussianProcess::CovarianceAt(const Eigen::MatrixXd& inputs,
+                                              const Eigen::VectorXd& point,
+                                              Eigen::MatrixXd* jacobian) const {
   const Eigen::ArrayXd inverse_squares = hyperparameters_.lengthscales.array().square().inverse();
   const Eigen::MatrixXd differences =
-      points_.rowwise() - options_.inputs.Map(point.transpose()).row(0);
+      inputs.rowwise() - options_.inputs.Map(point.transpose()).row(0);
   const Eigen::ArrayXd distances =
       (differences.array().square().matrix() * inverse_squares.matrix()).array();
   Eigen::ArrayXd correlation;
   Eigen::ArrayXd slope;
-  Correlation(options_.model.kernel, distances, &correlation, gradients ? &slope : nullptr);
+  Correlation(options_.model.kernel, distances, &correlation,
+              jacobian != nullptr ? &slope : nullptr);
   const double signal = hyperparameters_.signal_variance;
-  const Eigen::VectorXd covariance = signal * correlation;
+  if (jacobian != nullptr) {
+    // d covariance_a / dx_i = signal · slope_a · (inputs_ai − x_i) / l_i²
+    *jacobian =
+        signal * ((differences.array().rowwise() * inverse_squares.transpose()).colwise() * slope);
+  }
+  return signal * correlation;
+}
+
+GaussianProcess::PointPosterior GaussianProcess::PosteriorAt(const Eigen::VectorXd& point,
+                                                             int tail_size, bool gradients) const {
+  assert(alpha_.size() > 0 && tail_size <= alpha_.size());
+  assert(options_.inputs.InputCount(point.size()) == points_.cols());
+  Eigen::MatrixXd jacobian;
+  const Eigen::VectorXd covariance = CovarianceAt(points_, point, gradients ? &jacobian : nullptr);
+  const double signal = hyperparameters_.signal_variance;
   const auto factor = inverse_factor_.triangularView<Eigen::Lower>();
   const Eigen::VectorXd whitened = factor * covariance;
 
@@ -329,9 +343,6 @@ GaussianProcess::PointPosterior GaussianProcess::PosteriorAt(const Eigen::Vector
   result.tail = scale_ * whitened.tail(tail_size);
   if (!gradients) return result;
 
-  // d covariance_a / dx_i = signal · slope_a · (points_ai − x_i) / l_i²
-  const Eigen::MatrixXd jacobian =
-      signal * ((differences.array().rowwise() * inverse_squares.transpose()).colwise() * slope);
   const Eigen::VectorXd solved = factor.transpose() * whitened;  // K⁻¹ covariance
   const auto pull_back = [&](const Eigen::MatrixXd& rows) {
     return options_.inputs.PullBack(point, rows);

@@ -102,6 +102,10 @@ class GaussianProcess final : public Surrogate {
   void Optimise(const Eigen::VectorXd& noise);
   void LearnWarps(const Eigen::MatrixXd& points, const Eigen::VectorXd& noise);
   void Factorise(const Eigen::VectorXd& noise);
+  /// Prior covariances of the point with the rows of `inputs`, and unless null their gradients by
+  /// the point's inputs, n × inputs.
+  Eigen::VectorXd CovarianceAt(const Eigen::MatrixXd& inputs, const Eigen::VectorXd& point,
+                               Eigen::MatrixXd* jacobian) const;
   /// Prior covariances of the rows of a with those of b (inputs), without noise.
   Eigen::MatrixXd Covariance(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) const;
 

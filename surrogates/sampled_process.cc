@@ -59,17 +59,9 @@ SampledProcess::Point SampledProcess::PosteriorAt(const Eigen::VectorXd& point,
                                                   bool gradients) const {
   const double signal = process_.hyperparameters_.signal_variance;
   const double scale = process_.scale_;
-  const Eigen::ArrayXd inverse_squares =
-      process_.hyperparameters_.lengthscales.array().square().inverse();
-  const Eigen::MatrixXd differences =
-      inputs_.rowwise() - process_.options_.inputs.Map(point.transpose()).row(0);
-  const Eigen::ArrayXd distances =
-      (differences.array().square().matrix() * inverse_squares.matrix()).array();
-  Eigen::ArrayXd correlation;
-  Eigen::ArrayXd slope;
-  Correlation(process_.options_.model.kernel, distances, &correlation,
-              gradients ? &slope : nullptr);
-  const Eigen::VectorXd covariance = signal * correlation;
+  Eigen::MatrixXd jacobian;
+  const Eigen::VectorXd covariance =
+      process_.CovarianceAt(inputs_, point, gradients ? &jacobian : nullptr);
   const auto factor = inverse_factor_.triangularView<Eigen::Lower>();
   const Eigen::VectorXd whitened = factor * covariance;
 
@@ -77,8 +69,6 @@ SampledProcess::Point SampledProcess::PosteriorAt(const Eigen::VectorXd& point,
   result.means = process_.offset_ + scale * (weights_.transpose() * covariance).array();
   result.variance = scale * scale * std::max(signal - whitened.squaredNorm(), kJitter * signal);
   if (!gradients) return result;
-  const Eigen::MatrixXd jacobian =
-      signal * ((differences.array().rowwise() * inverse_squares.transpose()).colwise() * slope);
   const Eigen::VectorXd solved = factor.transpose() * whitened;
   const InputMap& inputs = process_.options_.inputs;
   result.mean_gradients = inputs.PullBack(point, scale * (weights_.transpose() * jacobian));

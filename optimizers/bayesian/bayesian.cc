@@ -7,17 +7,16 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <optional>
-#include <set>
-#include <stdexcept>
 
 #include "core/random.h"
+#include "optimizers/bayesian/fidelity.h"
 #include "optimizers/bayesian/improvement.h"
-#include "optimizers/bayesian/models.h"
 #include "optimizers/bayesian/sampled_acquisition.h"
 #include "optimizers/bayesian/scalarisation.h"
 #include "optimizers/bayesian/search_region.h"
+#include "optimizers/models.h"
+#include "optimizers/observations.h"
 #include "optimizers/pareto.h"
 
 namespace powdercal {
@@ -29,10 +28,10 @@ const std::array<std::string, 7> kAcquisitionNames = {
     "automatic", "composite_log_ei", "ei", "log_ei", "qlog_nei", "qlog_nehvi", "qlog_nparego"};
 const std::array<std::string, 2> kKernelNames = {"matern52", "rbf"};
 const std::array<std::string, 3> kTrustRegionNames = {"automatic", "on", "off"};
-constexpr double kDuplicateRadius = 1e-6;  // in the unit box
 constexpr int kSpaceFillingTrials = 512;
 constexpr int kMaxHypervolumeObjectives = 4;
 constexpr int kTrustRegionDimension = 10;  // above it
+constexpr int kFirstAtTarget = 2;          // proposals, for what tells the fidelities apart
 constexpr Eigen::Index kNoiseSamples = 16;
 constexpr Eigen::Index kChebyshevSamples = 64;
 
@@ -59,6 +58,7 @@ class Bayesian final : public Optimizer {
       : options_(options),
         space_(space),
         dimension_(space.dimension()),
+        modelled_space_(options.fidelities.empty() ? space : WithFidelity(space)),
         objectives_(Numbered(objectives)),
         objective_count_(ObjectiveCount(objectives_)),
         kind_(Resolve(options.acquisition, objectives_)),
@@ -90,20 +90,33 @@ class Bayesian final : public Optimizer {
   Eigen::MatrixXd ObjectiveRows() const;
   Models FitModels() const;
   std::unique_ptr<Acquisition> MakeAcquisition(const Scalarisation& scalarisation) const;
-  std::unique_ptr<Acquisition> MakeSampledAcquisition() const;
+  std::unique_ptr<Acquisition> MakeSampledAcquisition(const Scalarisation& scalarisation) const;
   std::vector<ObjectiveTerm> Terms() const;
-  Feasibility LearnFeasibility() const;
   Eigen::VectorXd Reference() const;
-  Eigen::VectorXd FarthestPoint(std::uint64_t seed) const;
   Eigen::MatrixXd Anchors(const Scalarisation& scalarisation, const Acquisition& acquisition) const;
   void LimitSearch(MaximisationLimits* limits) const;
-  Eigen::MatrixXd Taken() const;
-  bool IsTaken(const Eigen::VectorXd& point) const;
+  bool SeveralFidelities() const { return !options_.fidelities.empty(); }
+  Eigen::VectorXd Modelled(const Eigen::VectorXd& point, double fidelity) const {
+    return SeveralFidelities() ? WithFidelity(point, fidelity) : point;
+  }
+  Eigen::VectorXd InBox(const Eigen::VectorXd& modelled) const { return modelled.head(dimension_); }
+  int ModelledDimension() const { return modelled_space_.dimension(); }
+  double CheapestFidelity() const;
+  double FidelityFor(const Eigen::VectorXd& point) const;
+  Eigen::ArrayXd ObjectiveWeights() const;
+  /// Modelled points that are evaluated or under way; those of the box that are so at the target.
+  Eigen::MatrixXd Taken() const {
+    return TakenPoints(observations_, pending_, ModelledDimension());
+  }
+  Eigen::MatrixXd TakenAtTarget() const {
+    return SeveralFidelities() ? AtTarget(Taken()) : Taken();
+  }
   bool TooManyFailures() const;
 
   BayesianOptions options_;
   SearchSpace space_;
   int dimension_;
+  SearchSpace modelled_space_;  // with the fidelity, where there are several
   Objectives objectives_;
   int objective_count_;
   Kind kind_;
@@ -111,9 +124,9 @@ class Bayesian final : public Optimizer {
   std::vector<DesignPoint> design_;
   std::size_t design_next_ = 0;
   std::int64_t asked_ = 0;
-  std::map<std::int64_t, Eigen::VectorXd> pending_;
-  ObservationsById observations_;
-  std::optional<Models> models_;  // of observations_; none: to be fitted
+  PointsById pending_;             // modelled points
+  ObservationsById observations_;  // of modelled points
+  std::optional<Models> models_;   // of observations_; none: to be fitted
   std::string message_;
 };
 
@@ -147,6 +160,14 @@ std::string Bayesian::ExplainUnsupported(const SearchSpace& space,
         "`acquisition: qlog_nparego`",
         kMaxHypervolumeObjectives, count);
   }
+  if (!options_.fidelities.empty()) {
+    const std::string reason = ExplainBadFidelities(options_.fidelities);
+    if (!reason.empty()) return reason;
+    if (count > 1 || ForSeveral(kind) || kind == Kind::qlog_nei) {
+      return "several fidelities need one objective and `acquisition: composite_log_ei`, ei or "
+             "log_ei";
+    }
+  }
   for (const Target& target : numbered.targets) {
     if (!target.minimise) continue;
     if (kind == Kind::composite_log_ei && count > 1) {
@@ -169,42 +190,28 @@ std::vector<Candidate> Bayesian::Ask(int max_count) {
     if (design_next_ < design_.size()) {
       const DesignPoint& next = design_[design_next_++];
       // Known from an earlier run or from the user.
-      if (options_.de_duplication && IsTaken(next.point)) continue;
+      candidate.fidelity = CheapestFidelity();
+      if (options_.de_duplication && IsTaken(Taken(), Modelled(next.point, candidate.fidelity))) {
+        continue;
+      }
       candidate.point = next.point;
       candidate.origin = "initial design: " + next.label;
     } else {
       candidate = Propose();
     }
     candidate.id = asked_++;
-    pending_[candidate.id] = candidate.point;
+    pending_[candidate.id] = Modelled(candidate.point, candidate.fidelity);
     candidates.push_back(std::move(candidate));
   }
   return candidates;
 }
 
 void Bayesian::Tell(std::span<const Observation> observations) {
-  const auto count = static_cast<Eigen::Index>(objectives_.targets.size());
   for (const Observation& observation : observations) {
-    const bool sizes_agree =
-        observation.failed ||
-        (observation.responses.size() == count &&
-         (observation.variances.size() == 0 || observation.variances.size() == count));
-    if (observation.point.size() != dimension_ || !sizes_agree) {
-      throw std::invalid_argument(
-          fmt::format("bayesian: observation {} has {} parameters, {} responses and {} variances, "
-                      "expected {}, {} and {}",
-                      observation.id, observation.point.size(), observation.responses.size(),
-                      observation.variances.size(), dimension_, count, count));
-    }
+    Observation& kept = observations_[observation.id] =
+        CheckedObservation("bayesian", observation, dimension_, objectives_);
+    kept.point = Modelled(observation.point, observation.fidelity);
     pending_.erase(observation.id);
-    Observation& kept = observations_[observation.id] = observation;
-    if (kept.failed) continue;
-    if (kept.variances.size() == 0) kept.variances = Eigen::VectorXd::Zero(count);
-    // Infinite responses are as absent as NaN ones; without any response it is a failure.
-    for (double& response : kept.responses) {
-      if (!std::isfinite(response)) response = std::numeric_limits<double>::quiet_NaN();
-    }
-    kept.failed = kept.responses.array().isNaN().all();
   }
   models_.reset();
 }
@@ -252,7 +259,7 @@ Candidate Bayesian::Propose() {
     MaximisationLimits limits{.space = &space_,
                               .lower = Eigen::VectorXd::Zero(dimension_),
                               .upper = Eigen::VectorXd::Ones(dimension_),
-                              .taken = Taken(),
+                              .taken = TakenAtTarget(),
                               .radius = options_.de_duplication ? kDuplicateRadius : -1,
                               .min_feasibility = TooManyFailures() ? 0.5 : 0};
     LimitSearch(&limits);
@@ -268,18 +275,56 @@ Candidate Bayesian::Propose() {
         const std::vector<double> shares(scalarisation.shares.begin(), scalarisation.shares.end());
         origin += fmt::format(", weights {:.2f}", fmt::join(shares, " : "));
       }
-      return {.point = point, .origin = std::move(origin)};
+      Candidate candidate{.point = point, .origin = std::move(origin)};
+      if (SeveralFidelities()) {
+        candidate.fidelity = FidelityFor(point);
+        candidate.origin += fmt::format(", fidelity {:g}", candidate.fidelity);
+      }
+      return candidate;
     }
     message_ = "the acquisition has no usable maximum";
   }
   message_ += "; filling space instead";
-  return {.point = FarthestPoint(stream.seed()), .origin = "space filling: " + message_};
+  return {.point = space_.Snap(FarthestPoint(Taken().leftCols(dimension_), dimension_,
+                                             kSpaceFillingTrials, stream.seed())),
+          .origin = "space filling: " + message_,
+          .fidelity = CheapestFidelity()};
+}
+
+double Bayesian::CheapestFidelity() const {
+  const auto cheapest = std::min_element(
+      options_.fidelities.begin(), options_.fidelities.end(),
+      [](const FidelityLevel& a, const FidelityLevel& b) { return a.cost < b.cost; });
+  return cheapest == options_.fidelities.end() ? 1 : cheapest->fidelity;
+}
+
+// Of the processes, in a single objective.
+Eigen::ArrayXd Bayesian::ObjectiveWeights() const {
+  if (ForScalar(kind_)) return Eigen::ArrayXd::Ones(1);
+  return Terms().front().weights;
+}
+
+double Bayesian::FidelityFor(const Eigen::VectorXd& point) const {
+  const auto at_target = std::count_if(observations_.begin(), observations_.end(),
+                                       [&](const auto& item) { return item.second.fidelity == 1; });
+  const auto under_way = std::count_if(pending_.begin(), pending_.end(), [&](const auto& item) {
+    return item.second[dimension_] == 1;
+  });
+  if (at_target + under_way < kFirstAtTarget) return 1;
+  std::vector<Eigen::VectorXd> rows;
+  for (const auto& [id, pending] : pending_) rows.push_back(pending);
+  std::vector<GaussianProcess> processes;
+  for (const GaussianProcess& process : models_->processes) {
+    processes.push_back(process.ConditionedOn(Rows(rows, ModelledDimension())));
+  }
+  return ChooseFidelity(processes, ObjectiveWeights(), models_->noise_variances, point,
+                        options_.fidelities, Taken());
 }
 
 Models Bayesian::FitModels() const {
   const ModelOptions options{.kernel = options_.kernel, .warp = options_.input_warping};
-  return ForScalar(kind_) ? FitObjective(space_, objectives_, observations_, options)
-                          : FitResponses(space_, objectives_, observations_, options);
+  return ForScalar(kind_) ? FitObjective(modelled_space_, objectives_, observations_, options)
+                          : FitResponses(modelled_space_, objectives_, observations_, options);
 }
 
 // Of each objective. Weights are those of ChiSquared, with one for all points.
@@ -300,19 +345,8 @@ std::vector<ObjectiveTerm> Bayesian::Terms() const {
   return terms;
 }
 
-Feasibility Bayesian::LearnFeasibility() const {
-  std::vector<Eigen::VectorXd> all;
-  Eigen::VectorXd successes(static_cast<Eigen::Index>(observations_.size()));
-  for (const auto& [id, observation] : observations_) {
-    successes[static_cast<Eigen::Index>(all.size())] =
-        observation.failed ? 0 : observation.responses.array().isFinite().cast<double>().mean();
-    all.push_back(observation.point);
-  }
-  return Feasibility(Rows(all, dimension_), successes);
-}
-
 std::unique_ptr<Acquisition> Bayesian::MakeAcquisition(const Scalarisation& scalarisation) const {
-  if (kind_ == Kind::qlog_nei || ForSeveral(kind_)) return MakeSampledAcquisition();
+  if (kind_ == Kind::qlog_nei || ForSeveral(kind_)) return MakeSampledAcquisition(scalarisation);
   ImprovementAcquisition::Objective objective;
   if (ForScalar(kind_) || objectives_.targets.front().minimise) {
     objective.composite = false;
@@ -339,6 +373,7 @@ std::unique_ptr<Acquisition> Bayesian::MakeAcquisition(const Scalarisation& scal
       }
     }
   }
+  // Below the target nothing counts as reached, unless there is nothing else.
   std::vector<Eigen::VectorXd> evaluated;
   std::vector<Eigen::VectorXd> partly;
   std::vector<Eigen::VectorXd> failed;
@@ -346,20 +381,27 @@ std::unique_ptr<Acquisition> Bayesian::MakeAcquisition(const Scalarisation& scal
     if (observation.failed) {
       failed.push_back(observation.point);
     } else {
-      (Complete(observation) ? evaluated : partly).push_back(observation.point);
+      const bool reached = Complete(observation) && observation.fidelity == 1;
+      (reached ? evaluated : partly).push_back(Modelled(InBox(observation.point), 1));
     }
   }
   if (evaluated.empty()) evaluated = partly;
   auto acquisition = std::make_unique<ImprovementAcquisition>(
-      std::move(objective), models_->processes, LearnFeasibility(), Rows(evaluated, dimension_),
-      Rows(failed, dimension_), stream_.Split("pending").seed());
-  for (const auto& [id, point] : pending_) acquisition->AddPending(point);
+      std::move(objective), models_->processes,
+      LearnFeasibility(observations_, ModelledDimension()), Rows(evaluated, ModelledDimension()),
+      Rows(failed, ModelledDimension()), stream_.Split("pending").seed());
+  for (const auto& [id, point] : pending_) {
+    acquisition->AddPending(point, !SeveralFidelities() || point[dimension_] == 1);
+  }
+  if (SeveralFidelities()) return MakeTargetAcquisition(std::move(acquisition));
   return acquisition;
 }
 
-std::unique_ptr<Acquisition> Bayesian::MakeSampledAcquisition() const {
-  SampledAcquisition::Data data{
-      .processes = models_->processes, .terms = Terms(), .feasibility = LearnFeasibility()};
+std::unique_ptr<Acquisition> Bayesian::MakeSampledAcquisition(
+    const Scalarisation& scalarisation) const {
+  SampledAcquisition::Data data{.processes = models_->processes,
+                                .terms = Terms(),
+                                .feasibility = LearnFeasibility(observations_, dimension_)};
   std::vector<Eigen::VectorXd> counted;
   for (const auto& [id, observation] : observations_) {
     if (!observation.failed) counted.push_back(observation.point);
@@ -388,7 +430,7 @@ std::unique_ptr<Acquisition> Bayesian::MakeSampledAcquisition() const {
     RandomStream random = stream_.Split(static_cast<std::uint64_t>(asked_)).Split("outcomes");
     Eigen::MatrixXd normals(static_cast<Eigen::Index>(data.processes.size()), samples);
     for (double& z : normals.reshaped()) z = random.Normal();
-    utility = MakeChebyshevUtility(data.terms, Scalarise().shares, normals);
+    utility = MakeChebyshevUtility(data.terms, scalarisation.shares, normals);
   }
   return std::make_unique<SampledAcquisition>(std::move(data), std::move(utility), samples,
                                               stream_.Split("samples").seed());
@@ -439,12 +481,12 @@ Eigen::MatrixXd Bayesian::Anchors(const Scalarisation& scalarisation,
   }
   std::vector<std::pair<double, std::int64_t>> ranked;
   for (const auto& [id, observation] : observations_) {
-    if (!Complete(observation)) continue;
+    if (!Complete(observation) || observation.fidelity < 1) continue;
     ranked.emplace_back(Scalarised(observation, scalarisation.weights), id);
   }
   std::sort(ranked.begin(), ranked.end());
   for (std::size_t i = 0; i < std::min(kAnchors, ranked.size()); ++i) {
-    points.push_back(observations_.at(ranked[i].second).point);
+    points.push_back(InBox(observations_.at(ranked[i].second).point));
   }
   return Rows(points, dimension_);
 }
@@ -455,7 +497,8 @@ void Bayesian::LimitSearch(MaximisationLimits* limits) const {
   std::vector<SearchStep> steps;
   bool any = false;
   for (const auto& [id, observation] : observations_) {
-    SearchStep step{.point = observation.point,
+    if (observation.fidelity < 1) continue;
+    SearchStep step{.point = InBox(observation.point),
                     .value = std::numeric_limits<double>::infinity(),
                     .proposed = id >= static_cast<std::int64_t>(design_.size())};
     if (Complete(observation)) {
@@ -476,7 +519,7 @@ void Bayesian::LimitSearch(MaximisationLimits* limits) const {
   Eigen::ArrayXd logarithms = Eigen::ArrayXd::Zero(dimension_);
   if (!space_.discrete()) {
     for (const GaussianProcess& process : models_->processes) {
-      logarithms += process.hyperparameters().lengthscales.array().log();
+      logarithms += process.hyperparameters().lengthscales.head(dimension_).array().log();
     }
     logarithms /= static_cast<double>(models_->processes.size());
   }
@@ -485,41 +528,12 @@ void Bayesian::LimitSearch(MaximisationLimits* limits) const {
   limits->upper = region.upper;
 }
 
-Eigen::MatrixXd Bayesian::Taken() const {
-  std::vector<Eigen::VectorXd> points;
-  for (const auto& [id, observation] : observations_) points.push_back(observation.point);
-  for (const auto& [id, point] : pending_) points.push_back(point);
-  return Rows(points, dimension_);
-}
-
-bool Bayesian::IsTaken(const Eigen::VectorXd& point) const {
-  const Eigen::MatrixXd taken = Taken();
-  return taken.rows() > 0 &&
-         (taken.rowwise() - point.transpose()).rowwise().norm().minCoeff() <= kDuplicateRadius;
-}
-
 // The share of failures that is risked: an acquisition that is all but exhausted where evaluations
 // succeed would go on for ever where they fail, however unlikely success.
 bool Bayesian::TooManyFailures() const {
   const auto failures = std::count_if(observations_.begin(), observations_.end(),
                                       [](const auto& item) { return item.second.failed; });
   return 4 * failures > static_cast<std::ptrdiff_t>(observations_.size());
-}
-
-Eigen::VectorXd Bayesian::FarthestPoint(std::uint64_t seed) const {
-  const Eigen::MatrixXd trials = SobolPoints(kSpaceFillingTrials, dimension_, seed);
-  const Eigen::MatrixXd taken = Taken();
-  if (taken.rows() == 0) return space_.Snap(trials.row(0).transpose());
-  Eigen::Index farthest = 0;
-  double distance = -1;
-  for (Eigen::Index i = 0; i < trials.rows(); ++i) {
-    const double nearest = (taken.rowwise() - trials.row(i)).rowwise().squaredNorm().minCoeff();
-    if (nearest > distance) {
-      distance = nearest;
-      farthest = i;
-    }
-  }
-  return space_.Snap(trials.row(farthest).transpose());
 }
 
 class BayesianFactory final : public OptimizerFactory {
@@ -538,6 +552,8 @@ class BayesianFactory final : public OptimizerFactory {
                                   std::uint64_t seed) const override {
     return MakeBayesian(options_, space, objectives, seed);
   }
+  DesignOptions* initial_design() override { return &options_.initial_design; }
+  std::vector<FidelityLevel>* fidelities() override { return &options_.fidelities; }
 
  private:
   BayesianOptions options_;

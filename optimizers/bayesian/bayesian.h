@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include "optimizers/designs/design.h"
 #include "optimizers/optimizer.h"
@@ -35,6 +36,9 @@ struct BayesianOptions {
   bool input_warping = false;  ///< learn for each response where it changes fast (see InputMap)
   enum class TrustRegion { automatic, on, off };
   TrustRegion trust_region = TrustRegion::automatic;  ///< automatic: above 10 parameters
+  /// From which a fidelity is chosen for each candidate; empty: all are evaluated at the target.
+  /// Not part of the study file. One objective, acquisitions composite_log_ei, ei and log_ei.
+  std::vector<FidelityLevel> fidelities;
 
   /// Throws InputError.
   void Serialize(Archive& archive, const SearchSpace& space);
@@ -48,7 +52,10 @@ struct BayesianOptions {
 /// than a quarter of all evaluations have failed, proposals are confined to where success is
 /// likelier than not, if there is such a place. With several objectives qlog_nehvi adds the most to
 /// the hypervolume; qlog_nparego reaches every part of the front at random; composite_log_ei
-/// improves a weighted sum of them (Scalarisation), which leads to its convex part. Proposals are a
+/// improves a weighted sum of them (Scalarisation), which leads to its convex part. With several
+/// fidelities the initial design is evaluated at the cheapest, the first two proposals at the
+/// target, and all others where it pays most (bayesian/fidelity.h); the models see all evaluations,
+/// and only those at the target count as reached. Proposals are a
 /// function of the options, the seed, the number asked and the observations (in any order of
 /// telling) alone: no state of earlier fits goes in, so a study that is resumed goes on as if it
 /// had not been interrupted.

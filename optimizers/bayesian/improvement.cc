@@ -70,7 +70,7 @@ double ImprovementAcquisition::LogImprovementOf(double best, const Eigen::ArrayX
   return improvement.value;
 }
 
-void ImprovementAcquisition::AddPending(const Eigen::VectorXd& point) {
+void ImprovementAcquisition::AddPending(const Eigen::VectorXd& point, bool counts) {
   const auto count = static_cast<Eigen::Index>(processes_.size());
   if (pending_ == 0) {
     sample_bests_.assign(kSamples, best_);
@@ -93,7 +93,7 @@ void ImprovementAcquisition::AddPending(const Eigen::VectorXd& point) {
         process.PosteriorAt(point, pending_ + 1, false);
     outcomes.row(j) = posterior.prediction.mean + (posterior.tail.transpose() * normals).array();
   }
-  for (int k = 0; k < kSamples; ++k) {
+  for (int k = 0; k < kSamples && counts; ++k) {
     double& best = sample_bests_[static_cast<std::size_t>(k)];
     best = std::min(best, ObjectiveOf(outcomes.col(k)));
   }

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "optimizers/bayesian/acquisition.h"
-#include "optimizers/bayesian/feasibility.h"
+#include "optimizers/feasibility.h"
 #include "surrogates/gaussian_process.h"
 
 namespace powdercal {
@@ -33,8 +33,8 @@ class ImprovementAcquisition final : public Acquisition {
                          Feasibility feasibility, const Eigen::MatrixXd& evaluated,
                          const Eigen::MatrixXd& failed, std::uint64_t seed);
 
-  /// Conditions on a pending evaluation.
-  void AddPending(const Eigen::VectorXd& point);
+  /// Conditions on a pending evaluation; `counts`: its outcome may become the best.
+  void AddPending(const Eigen::VectorXd& point, bool counts = true);
 
   double Evaluate(const Eigen::VectorXd& point, Eigen::VectorXd* gradient) const override;
   Eigen::VectorXd EvaluateMany(const Eigen::MatrixXd& points) const override;

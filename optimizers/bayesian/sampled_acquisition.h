@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "optimizers/bayesian/acquisition.h"
-#include "optimizers/bayesian/feasibility.h"
+#include "optimizers/feasibility.h"
 #include "surrogates/sampled_process.h"
 
 namespace powdercal {

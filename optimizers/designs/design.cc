@@ -1,24 +1,29 @@
 #include "optimizers/designs/design.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
 #include <boost/random/sobol.hpp>
 #include <cmath>
+#include <cstdlib>
 #include <numeric>
 #include <stdexcept>
 
 #include "core/random.h"
+#include "optimizers/designs/orthogonal_array.h"
 
 namespace powdercal {
 namespace {
 
-const std::array<std::string, 5> kNames = {"corners_and_centre", "grid", "latin_hypercube", "list",
-                                           "sobol"};
+const std::array<std::string, 6> kNames = {
+    "corners_and_centre", "grid", "latin_hypercube", "list", "orthogonal_array", "sobol"};
 constexpr int kMaxPoints = 100000;
 constexpr int kMaxCornerDimension = 10;
 constexpr int kLatinHypercubes = 50;
+
+bool HasLevels(const std::string& name) { return name == "grid" || name == "orthogonal_array"; }
 
 int PointCount(const DesignOptions& options, int dimension) {
   return options.points > 0 ? options.points : std::max(5, 2 * (dimension + 1));
@@ -96,6 +101,30 @@ Eigen::MatrixXd MaximinLatinHypercube(int count, int dimension, std::uint64_t se
   return best;
 }
 
+// Ends included, as in a grid.
+Eigen::MatrixXd OrthogonalPoints(int levels, int dimension) {
+  return OrthogonalArray(levels).leftCols(dimension).cast<double>() / (levels - 1);
+}
+
+std::string ExplainNoOrthogonalArray(int levels, int dimension) {
+  const auto known = OrthogonalArrayLevels();
+  if (std::find(known.begin(), known.end(), levels) == known.end()) {
+    const int nearest = *std::min_element(known.begin(), known.end(), [&](int a, int b) {
+      return std::abs(a - levels) < std::abs(b - levels);
+    });
+    return fmt::format("there is no orthogonal array of {} levels (valid: {}); the nearest has {}",
+                       levels, fmt::join(known, ", "), nearest);
+  }
+  if (dimension <= levels + 1) return "";
+  const std::string reason =
+      fmt::format("an orthogonal array of {} levels takes at most {} parameters and there are {}",
+                  levels, levels + 1, dimension);
+  const auto enough = std::lower_bound(known.begin(), known.end(), dimension - 1);
+  if (enough == known.end()) return reason + "; use sobol or latin_hypercube";
+  return reason + fmt::format("; use `levels: {}`, which has {} points, sobol or latin_hypercube",
+                              *enough, *enough * *enough);
+}
+
 std::vector<DesignPoint> UserList(const DesignOptions& options, const SearchSpace& space) {
   std::vector<DesignPoint> points;
   for (const std::vector<double>& values : options.list) {
@@ -112,6 +141,7 @@ std::vector<DesignPoint> PointsOf(const DesignOptions& options, const SearchSpac
   if (options.name == "corners_and_centre") return CornersAndCentre(d);
   if (options.name == "grid") return Labelled(Grid(options.levels, d));
   if (options.name == "list") return UserList(options, space);
+  if (options.name == "orthogonal_array") return Labelled(OrthogonalPoints(options.levels, d));
   const int count = PointCount(options, d);
   if (options.name == "latin_hypercube") return Labelled(MaximinLatinHypercube(count, d, seed));
   if (options.name == "sobol") return Labelled(SobolPoints(count, d, seed));
@@ -136,6 +166,7 @@ std::string DesignOptions::ExplainUnsupported(const SearchSpace& space) const {
         "{}); use fewer levels, sobol or latin_hypercube",
         levels, d, std::pow(levels, d), kMaxPoints);
   }
+  if (name == "orthogonal_array") return ExplainNoOrthogonalArray(levels, d);
   if (name == "list" && list.empty()) return "the list of points is empty";
   for (const std::vector<double>& point : list) {
     if (name == "list" && static_cast<int>(point.size()) != d) {
@@ -150,7 +181,7 @@ void DesignOptions::Serialize(Archive& archive, const SearchSpace& space) {
   if (name == "sobol" || name == "latin_hypercube") {
     points = PointCount(*this, space.dimension());
     archive.Integer("points", points, counts);
-  } else if (name == "grid") {
+  } else if (HasLevels(name)) {
     archive.Integer("levels", levels, {.lower = 2, .upper = kMaxPoints});
   } else if (name == "list") {
     archive.Require("points");
@@ -169,7 +200,7 @@ void DesignOptions::Serialize(Archive& archive, const SearchSpace& space) {
   }
   if (!archive.reading()) return;
   const std::string reason = ExplainUnsupported(space);
-  const char* key = name == "grid" ? "levels" : name == "list" ? "points" : "name";
+  const char* key = HasLevels(name) ? "levels" : name == "list" ? "points" : "name";
   if (!reason.empty()) throw archive.ErrorAt(key, reason);
 }
 

@@ -23,7 +23,9 @@ struct DesignPoint {
 struct DesignOptions {
   std::string name = "corners_and_centre";
   int points = 0;  ///< sobol, latin_hypercube: 1 … 100 000; 0: 2 (d + 1), at least 5
-  int levels = 3;  ///< grid: per parameter, at least 2; at most 100 000 points in all
+  /// Per parameter. grid: at least 2; at most 100 000 points in all. orthogonal_array: one of
+  /// OrthogonalArrayLevels(), at least the number of parameters − 1.
+  int levels = 3;
   /// list: SI values, in the order of the parameters. In a study file each point names its
   /// parameters:
   ///   points:
@@ -39,16 +41,18 @@ struct DesignOptions {
   std::string ExplainUnsupported(const SearchSpace& space) const;
 };
 
-/// corners_and_centre, grid, latin_hypercube, list, sobol.
+/// corners_and_centre, grid, latin_hypercube, list, orthogonal_array, sobol.
 std::span<const std::string> DesignNames();
 
 /// The points; the same options, space and seed give the same points.
 ///  - corners_and_centre: the 2^d corners and the centre of the box (d ≤ 10);
 ///  - grid: levels^d points, ends included;
 ///  - latin_hypercube: one point in each of n strata of each parameter, at random: of 50 such
-///  designs
-///    the one with the largest smallest distance between two points (maximin);
+///    designs the one with the largest smallest distance between two points (maximin);
 ///  - list: the user's;
+///  - orthogonal_array: levels² points, ends included; each pair of levels of any two parameters is
+///    in exactly one of them (strength 2, see OrthogonalArray). A discrete parameter with another
+///    number of levels takes the nearest ones, some more often than others;
 ///  - sobol: the first points of a Sobol' sequence (Joe & Kuo 2008 direction numbers), digitally
 ///    shifted by the seed.
 /// Throws std::invalid_argument where ExplainUnsupported gives a reason.

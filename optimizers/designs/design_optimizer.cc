@@ -11,6 +11,9 @@ std::string DescribeDesign(const std::string& name) {
   if (name == "corners_and_centre") return "the 2^d corners and the centre of the box";
   if (name == "grid") return "a full grid of `levels` values of each parameter";
   if (name == "latin_hypercube") return "a maximin Latin hypercube of `points` points";
+  if (name == "orthogonal_array") {
+    return "`levels`² points, each pair of levels of two parameters once (strength 2)";
+  }
   if (name == "list") return "the user's own list of `points`";
   return "the first `points` points of a shifted Sobol' sequence";
 }

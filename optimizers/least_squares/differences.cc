@@ -100,7 +100,7 @@ std::vector<Column> OtherSides(const Eigen::VectorXd& x, const std::vector<Colum
 
 }  // namespace
 
-StepRule::StepRule(const Residuals& residuals, const Observations& observations, int dimension,
+StepRule::StepRule(const Residuals& residuals, const ObservationsById& observations, int dimension,
                    double precision) {
   Eigen::ArrayXd sum = Eigen::ArrayXd::Zero(residuals.size());
   Eigen::ArrayXd squares = sum;

@@ -25,7 +25,7 @@ struct StepRule {
 
   /// Before anything else is known: σ_j as told, or `precision` times the size of the responses;
   /// curvature such that the residuals vary by `spread` over a few tenths of the box.
-  StepRule(const Residuals& residuals, const Observations& observations, int dimension,
+  StepRule(const Residuals& residuals, const ObservationsById& observations, int dimension,
            double precision);
 
   /// Step of a one-sided difference with the least expected error,

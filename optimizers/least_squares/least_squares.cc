@@ -61,7 +61,7 @@ class LeastSquares final : public Optimizer {
 
   std::int64_t asked_ = 0;
   std::map<std::int64_t, std::int64_t> tickets_;  // by id
-  Observations observations_;
+  ObservationsById observations_;
   int searches_ = 0;
   double lowest_ = 0;     // chi² of the best search
   std::string findings_;  // of the best search
@@ -264,6 +264,7 @@ class LeastSquaresFactory final : public OptimizerFactory {
                                   std::uint64_t seed) const override {
     return MakeLeastSquares(options_, space, objectives, seed);
   }
+  DesignOptions* initial_design() override { return &options_.initial_design; }
 
  private:
   LeastSquaresOptions options_;

@@ -3,40 +3,11 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <limits>
 #include <set>
-#include <stdexcept>
 
 #include "core/statistics.h"
 
 namespace powdercal {
-
-Observation CheckedObservation(std::string_view optimizer, const Observation& observation,
-                               int dimension, const Objectives& objectives) {
-  const auto count = static_cast<Eigen::Index>(objectives.targets.size());
-  const bool sizes_agree =
-      observation.failed ||
-      (observation.responses.size() == count &&
-       (observation.variances.size() == 0 || observation.variances.size() == count));
-  if (observation.point.size() != dimension || !sizes_agree) {
-    throw std::invalid_argument(fmt::format(
-        "{}: observation {} has {} parameters, {} responses and {} variances, "
-        "expected {}, {} and {}",
-        optimizer, observation.id, observation.point.size(), observation.responses.size(),
-        observation.variances.size(), dimension, count, count));
-  }
-  Observation checked = observation;
-  if (checked.failed) return checked;
-  if (checked.variances.size() == 0) checked.variances = Eigen::VectorXd::Zero(count);
-  for (double& variance : checked.variances) {
-    if (!std::isfinite(variance) || variance < 0) variance = 0;
-  }
-  for (double& response : checked.responses) {
-    if (!std::isfinite(response)) response = std::numeric_limits<double>::quiet_NaN();
-  }
-  checked.failed = checked.responses.array().isNaN().all();
-  return checked;
-}
 
 std::string ExplainNoLeastSquares(std::string_view optimizer, const SearchSpace& space,
                                   const Objectives& objectives) {
@@ -69,7 +40,7 @@ std::string ExplainNoLeastSquares(std::string_view optimizer, const SearchSpace&
   return "";
 }
 
-Residuals::Residuals(const Objectives& objectives, const Observations& observations) {
+Residuals::Residuals(const Objectives& objectives, const ObservationsById& observations) {
   const auto count = static_cast<Eigen::Index>(objectives.targets.size());
   targets.resize(count);
   scales.resize(count);

@@ -1,22 +1,14 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "optimizers/observations.h"
 #include "optimizers/optimizer.h"
 
 namespace powdercal {
-
-/// Observations by id, each as last told.
-using Observations = std::map<std::int64_t, Observation>;
-
-/// The observation with all variances (0 where unknown) and with NaN for any response that is not
-/// finite; failed where no response is left. Throws std::invalid_argument for wrong sizes.
-Observation CheckedObservation(std::string_view optimizer, const Observation& observation,
-                               int dimension, const Objectives& objectives);
 
 /// Why a sum of squares over a continuous box cannot treat this problem, with alternatives; "" if
 /// it can.
@@ -33,7 +25,7 @@ struct Residuals {
   Eigen::VectorXd noise;             ///< sd of ρ_j by the known variances; 0: none is known
 
   /// All responses active.
-  Residuals(const Objectives& objectives, const Observations& observations);
+  Residuals(const Objectives& objectives, const ObservationsById& observations);
 
   /// Leaves those active that the observation has.
   void Restrict(const Observation& observation);

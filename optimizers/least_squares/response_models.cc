@@ -1,66 +1,27 @@
 #include "optimizers/least_squares/response_models.h"
 
-#include <algorithm>
-#include <cmath>
+#include <utility>
+
+#include "optimizers/models.h"
 
 namespace powdercal {
 namespace {
 
-constexpr Eigen::Index kMinObservations = 2;
 constexpr double kOptimism = 2;  // standard deviations
 
-struct Data {
-  Eigen::MatrixXd points;
-  Eigen::VectorXd values;
-  Eigen::VectorXd variances;
-};
-
-Data DataOf(const Observations& observations, Eigen::Index response, int dimension) {
-  std::vector<const Observation*> known;
-  for (const auto& [id, observation] : observations) {
-    if (!observation.failed && !std::isnan(observation.responses[response])) {
-      known.push_back(&observation);
-    }
-  }
-  const auto n = static_cast<Eigen::Index>(known.size());
-  Data data{Eigen::MatrixXd(n, dimension), Eigen::VectorXd(n), Eigen::VectorXd(n)};
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const Observation& observation = *known[static_cast<std::size_t>(i)];
-    data.points.row(i) = observation.point.transpose();
-    data.values[i] = observation.responses[response];
-    data.variances[i] = observation.variances[response];
-  }
-  return data;
-}
-
-// As `bayesian` fits them.
-GaussianProcess::Options ProcessOptions(Kernel kernel, const Data& data, double fallback_scale) {
-  GaussianProcess::Options options;
-  options.model.kernel = kernel;
-  options.model.noise_location = -6;
-  options.model.noise_scale = 2;
-  options.model.lengthscale_spread = 1;
-  options.fallback_scale = fallback_scale;
-  if (data.values.maxCoeff() == data.values.minCoeff()) options.model.signal_variance = 1;
-  return options;
+// What docs/validation/optimizers.md was measured with; `bayesian` has a lower prior of noise.
+ModelOptions OptionsOf(Kernel kernel) {
+  return {.kernel = kernel, .noise_location = -6, .noise_scale = 2, .noise_floor = 1e-6};
 }
 
 }  // namespace
 
-ResponseModels::ResponseModels(const Objectives& objectives, const Observations& observations,
-                               int dimension, Kernel kernel) {
+ResponseModels::ResponseModels(const SearchSpace& space, const Objectives& objectives,
+                               const ObservationsById& observations, Kernel kernel) {
   const Residuals residuals(objectives, observations);
-  std::vector<Eigen::Index> kept;
-  for (Eigen::Index j = 0; j < residuals.size(); ++j) {
-    const Data data = DataOf(observations, j, dimension);
-    if (data.values.size() < kMinObservations) continue;
-    const double sd = objectives.targets[static_cast<std::size_t>(j)].sd;
-    const double scale = std::max(std::abs(data.values[0] - residuals.targets[j]), sd);
-    GaussianProcess process(ProcessOptions(kernel, data, scale));
-    process.Fit(data.points, data.values, data.variances);
-    processes_.push_back(std::move(process));
-    kept.push_back(j);
-  }
+  Models models = FitResponses(space, Numbered(objectives), observations, OptionsOf(kernel));
+  processes_ = std::move(models.processes);
+  const std::vector<Eigen::Index> kept(models.targets.begin(), models.targets.end());
   targets_ = residuals.targets(kept);
   scales_ = residuals.scales(kept);
 }

@@ -13,8 +13,8 @@ namespace powdercal {
 class ResponseModels {
  public:
   /// Throws what GaussianProcess::Fit throws.
-  ResponseModels(const Objectives& objectives, const Observations& observations, int dimension,
-                 Kernel kernel);
+  ResponseModels(const SearchSpace& space, const Objectives& objectives,
+                 const ObservationsById& observations, Kernel kernel);
 
   int size() const { return static_cast<int>(processes_.size()); }
   /// Residuals of the means and, unless null, their exact Jacobian, m × d.

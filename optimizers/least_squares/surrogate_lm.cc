@@ -9,17 +9,16 @@
 #include <optional>
 
 #include "core/random.h"
-#include "optimizers/bayesian/feasibility.h"
 #include "optimizers/least_squares/bounded_lm.h"
 #include "optimizers/least_squares/identifiability.h"
 #include "optimizers/least_squares/residuals.h"
 #include "optimizers/least_squares/response_models.h"
+#include "optimizers/observations.h"
 
 namespace powdercal {
 namespace {
 
 const std::array<std::string, 2> kKernelNames = {"matern52", "rbf"};
-constexpr double kDuplicateRadius = 1e-6;  // in the unit box
 constexpr int kSobolPoints = 256;
 constexpr int kValleyPoints = 256;
 constexpr int kEvaluatedStarts = 4;
@@ -37,6 +36,7 @@ class SurrogateLm final : public Optimizer {
   SurrogateLm(const SurrogateLmOptions& options, const SearchSpace& space,
               const Objectives& objectives, std::uint64_t seed)
       : options_(options),
+        space_(space),
         dimension_(space.dimension()),
         objectives_(objectives),
         stream_(RandomStream(seed).Split("surrogate_lm")) {
@@ -65,12 +65,13 @@ class SurrogateLm final : public Optimizer {
   void FindMinima(const Eigen::MatrixXd& starts);
   Eigen::VectorXd UncertainPoint(const Feasibility& feasibility, RandomStream random) const;
   Eigen::MatrixXd ValleyPoints(RandomStream* random) const;
-  Feasibility MakeFeasibility() const;
-  Eigen::VectorXd FarthestPoint(std::uint64_t seed) const;
-  Eigen::MatrixXd Taken() const;
-  bool IsTaken(const Eigen::VectorXd& point) const;
+  Eigen::VectorXd FillSpace(std::uint64_t seed) const {
+    return FarthestPoint(Taken(), dimension_, kSobolPoints, seed);
+  }
+  Eigen::MatrixXd Taken() const { return TakenPoints(observations_, pending_, dimension_); }
 
   SurrogateLmOptions options_;
+  SearchSpace space_;
   int dimension_;
   Objectives objectives_;
   RandomStream stream_;
@@ -78,21 +79,13 @@ class SurrogateLm final : public Optimizer {
   std::vector<DesignPoint> design_;
   std::size_t design_next_ = 0;
   std::int64_t asked_ = 0;
-  std::map<std::int64_t, Eigen::VectorXd> pending_;
-  Observations observations_;
+  PointsById pending_;
+  ObservationsById observations_;
   // Of all observations; empty: to be made.
   std::optional<ResponseModels> models_;
   std::vector<Minimum> minima_;  // of models_, the lowest first
   std::string message_;
 };
-
-Eigen::MatrixXd Rows(const std::vector<Eigen::VectorXd>& points, Eigen::Index dimension) {
-  Eigen::MatrixXd rows(static_cast<Eigen::Index>(points.size()), dimension);
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    rows.row(static_cast<Eigen::Index>(i)) = points[i].transpose();
-  }
-  return rows;
-}
 
 std::vector<Candidate> SurrogateLm::Ask(int max_count) {
   std::vector<Candidate> candidates;
@@ -100,7 +93,7 @@ std::vector<Candidate> SurrogateLm::Ask(int max_count) {
     Candidate candidate;
     if (design_next_ < design_.size()) {
       const DesignPoint& next = design_[design_next_++];
-      if (IsTaken(next.point)) continue;
+      if (IsTaken(Taken(), next.point)) continue;
       candidate.point = next.point;
       candidate.origin = "initial design: " + next.label;
     } else {
@@ -132,26 +125,27 @@ Candidate SurrogateLm::Propose() {
   }
   if (!models_ || models_->size() == 0) {
     if (models_) message_ = "no response has two values";
-    return {.point = FarthestPoint(stream.seed()), .origin = "space filling: " + message_};
+    return {.point = FillSpace(stream.seed()), .origin = "space filling: " + message_};
   }
-  const Feasibility feasibility = MakeFeasibility();
+  const Feasibility feasibility = LearnFeasibility(observations_, dimension_);
+  const Eigen::MatrixXd taken = Taken();
   const double likely = std::log(0.5);
   std::vector<Eigen::VectorXd> points;
   for (const Minimum& minimum : minima_) points.push_back(minimum.point);
   const ResponseModels::Outlook outlook = models_->Predict(Rows(points, dimension_));
   for (std::size_t i = 0; i < minima_.size(); ++i) {
     if (i > 0 && outlook.optimistic[static_cast<Eigen::Index>(i)] > minima_.front().chi2) continue;
-    if (IsTaken(points[i]) || feasibility.LogProbability(points[i], nullptr) < likely) continue;
+    if (IsTaken(taken, points[i]) || feasibility.LogProbability(points[i], nullptr) < likely) continue;
     return {.point = points[i],
             .origin = i == 0 ? "surrogate_lm: minimum" : "surrogate_lm: another minimum"};
   }
   const Eigen::VectorXd point = UncertainPoint(feasibility, stream.Split("valley"));
   if (point.size() > 0) return {.point = point, .origin = "surrogate_lm: uncertain in the valley"};
-  return {.point = FarthestPoint(stream.seed()), .origin = "space filling: every point is taken"};
+  return {.point = FillSpace(stream.seed()), .origin = "space filling: every point is taken"};
 }
 
 void SurrogateLm::Model() {
-  models_.emplace(objectives_, observations_, dimension_, options_.kernel);
+  models_.emplace(space_, objectives_, observations_, options_.kernel);
   minima_.clear();
   message_.clear();
   if (models_->size() == 0) return;
@@ -253,6 +247,7 @@ Eigen::MatrixXd SurrogateLm::ValleyPoints(RandomStream* random) const {
 Eigen::VectorXd SurrogateLm::UncertainPoint(const Feasibility& feasibility,
                                             RandomStream random) const {
   const Eigen::MatrixXd points = ValleyPoints(&random);
+  const Eigen::MatrixXd taken = Taken();
   std::vector<Eigen::VectorXd> pending;
   for (const auto& [id, point] : pending_) pending.push_back(point);
   const ResponseModels::Outlook outlook = models_->Predict(points);
@@ -265,7 +260,7 @@ Eigen::VectorXd SurrogateLm::UncertainPoint(const Feasibility& feasibility,
   double best_value = 0;
   for (Eigen::Index i = 0; i < points.rows(); ++i) {
     const Eigen::VectorXd point = points.row(i).transpose();
-    if (IsTaken(point)) continue;
+    if (IsTaken(taken, point)) continue;
     const bool in_valley = outlook.optimistic[i] <= limit;
     const bool likely = feasibility.LogProbability(point, nullptr) >= std::log(0.5);
     const int rank = likely ? (in_valley ? 0 : 1) : 2;
@@ -277,45 +272,6 @@ Eigen::VectorXd SurrogateLm::UncertainPoint(const Feasibility& feasibility,
     }
   }
   return best < 0 ? Eigen::VectorXd() : Eigen::VectorXd(points.row(best).transpose());
-}
-
-Feasibility SurrogateLm::MakeFeasibility() const {
-  std::vector<Eigen::VectorXd> points;
-  Eigen::VectorXd successes(static_cast<Eigen::Index>(observations_.size()));
-  for (const auto& [id, observation] : observations_) {
-    successes[static_cast<Eigen::Index>(points.size())] =
-        observation.failed ? 0 : observation.responses.array().isFinite().cast<double>().mean();
-    points.push_back(observation.point);
-  }
-  return Feasibility(Rows(points, dimension_), successes);
-}
-
-Eigen::MatrixXd SurrogateLm::Taken() const {
-  std::vector<Eigen::VectorXd> points;
-  for (const auto& [id, observation] : observations_) points.push_back(observation.point);
-  for (const auto& [id, point] : pending_) points.push_back(point);
-  return Rows(points, dimension_);
-}
-
-bool SurrogateLm::IsTaken(const Eigen::VectorXd& point) const {
-  const Eigen::MatrixXd taken = Taken();
-  return taken.rows() > 0 &&
-         (taken.rowwise() - point.transpose()).rowwise().norm().minCoeff() <= kDuplicateRadius;
-}
-
-Eigen::VectorXd SurrogateLm::FarthestPoint(std::uint64_t seed) const {
-  const Eigen::MatrixXd trials = SobolPoints(kSobolPoints, dimension_, seed);
-  const Eigen::MatrixXd taken = Taken();
-  Eigen::Index farthest = 0;
-  double distance = -1;
-  for (Eigen::Index i = 0; i < trials.rows() && taken.rows() > 0; ++i) {
-    const double nearest = (taken.rowwise() - trials.row(i)).rowwise().squaredNorm().minCoeff();
-    if (nearest > distance) {
-      distance = nearest;
-      farthest = i;
-    }
-  }
-  return trials.row(farthest).transpose();
 }
 
 class SurrogateLmFactory final : public OptimizerFactory {
@@ -334,6 +290,7 @@ class SurrogateLmFactory final : public OptimizerFactory {
                                   std::uint64_t seed) const override {
     return MakeSurrogateLm(options_, space, objectives, seed);
   }
+  DesignOptions* initial_design() override { return &options_.initial_design; }
 
  private:
   SurrogateLmOptions options_;

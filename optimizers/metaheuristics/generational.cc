@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "optimizers/metaheuristics/metaheuristic.h"
+#include "optimizers/observations.h"
 
 namespace powdercal {
 namespace {
@@ -110,7 +111,7 @@ std::string Generational::ExplainUnsupported(const SearchSpace& space,
         "{} cannot search categories, which have no order ({}); use {}", name_, parameter.name,
         traits_.pareto ? "moead with `implementation: own`" : "genetic with `implementation: own`");
   }
-  return options_.has_design ? options_.initial_design.ExplainUnsupported(space) : "";
+  return options_.initial_design.ExplainUnsupported(space);
 }
 
 void Generational::StartBatch(const std::vector<Eigen::VectorXd>& points,
@@ -127,7 +128,7 @@ void Generational::StartBatch(const std::vector<Eigen::VectorXd>& points,
 
 void Generational::StartDesign() {
   DesignOptions design = options_.initial_design;
-  if (!options_.has_design) design = {.name = "sobol", .points = population_};
+  if (!options_.HasDesign()) design.points = population_;
   std::vector<Eigen::VectorXd> points;
   std::vector<std::string> labels;
   for (DesignPoint& next : MakeDesign(design, space_, seed_)) {
@@ -211,18 +212,7 @@ Status Generational::status() const {
 }
 
 void Generational::Check(const Observation& observation) const {
-  const auto count = static_cast<Eigen::Index>(objectives_.targets.size());
-  const Eigen::Index responses = observation.responses.size();
-  const Eigen::Index variances = observation.variances.size();
-  const bool sizes_agree =
-      observation.failed || (responses == count && (variances == 0 || variances == count));
-  if (observation.point.size() != space_.dimension() || !sizes_agree) {
-    throw std::invalid_argument(
-        fmt::format("{}: observation {} has {} parameters, {} responses and {} variances, expected "
-                    "{}, {} and {}",
-                    name_, observation.id, observation.point.size(), responses, variances,
-                    space_.dimension(), count, count));
-  }
+  CheckSizes(name_, observation, space_.dimension(), objectives_);
   if (observation.id >= first_id_ + static_cast<std::int64_t>(next_)) {
     throw std::invalid_argument(
         fmt::format("{}: candidate {} has not been asked for", name_, observation.id));

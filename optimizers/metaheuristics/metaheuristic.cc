@@ -52,6 +52,7 @@ class MetaheuristicFactory final : public OptimizerFactory {
                                   std::uint64_t seed) const override {
     return MakeMetaheuristic(*method_, options_, space, objectives, seed);
   }
+  DesignOptions* initial_design() override { return &options_.initial_design; }
 
  private:
   std::unique_ptr<Method> method_;
@@ -78,10 +79,11 @@ void MetaheuristicOptions::Serialize(Archive& archive, const SearchSpace& space,
                                         multiple, smallest));
   }
   archive.Integer("generations", generations, {.lower = 0});
-  if (archive.reading()) has_design = archive.Has("initial_design");
-  if (archive.reading() || has_design) {
+  const bool given = archive.Has("initial_design");
+  if (archive.reading() || HasDesign()) {
     initial_design.SerializeSection(archive, "initial_design", space);
   }
+  if (archive.reading() && !given) initial_design = {.name = "sobol"};
 }
 
 std::unique_ptr<OptimizerFactory> MakeMetaheuristicFactory(const std::string& name) {

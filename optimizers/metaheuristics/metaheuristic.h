@@ -42,12 +42,13 @@ struct MetaheuristicOptions {
   int population = 0;   ///< 0: the method's default
   int generations = 0;  ///< after the initial population; 0: until the study's budget ends
   /// Points of the initial population. Fewer than the population: uniform random ones are added;
-  /// more: the best ones go on.
-  bool has_design = false;  ///< otherwise as many Sobol' points as the population
+  /// more: the best ones go on. `sobol` without a number of points: as many as the population.
   DesignOptions initial_design{.name = "sobol"};
 
   /// Throws InputError.
   void Serialize(Archive& archive, const SearchSpace& space, const MethodTraits& traits);
+  /// Whether the initial design is another than that of no choice.
+  bool HasDesign() const { return initial_design.name != "sobol" || initial_design.points > 0; }
 };
 
 /// Asks for one generation after the other, each as a batch that may be asked for in parts, told in

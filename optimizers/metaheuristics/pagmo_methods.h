@@ -7,7 +7,7 @@
 #include "optimizers/metaheuristics/moead.h"
 
 // Algorithms of pagmo (Biscani & Izzo 2020, doi:10.21105/joss.02338). Each runs in a thread of its
-// own, whose problem waits in a PagmoChannel for values; the thread ends with the strategy, at any
+// own, whose problem waits in a BlockingSolver for values; the thread ends with the strategy, at any
 // moment. The evaluated initial population is handed over, so that nothing is evaluated twice.
 //
 // pagmo knows numbers only. A value that is missing is handed over as the worst one of its

@@ -3,27 +3,41 @@
 #include <memory>
 #include <pagmo/population.hpp>
 #include <pagmo/problem.hpp>
-#include <thread>
 #include <utility>
 
-#include "optimizers/metaheuristics/pagmo_channel.h"
+#include "optimizers/blocking_solver.h"
 
 namespace powdercal {
 namespace {
 
 constexpr double kFailureMargin = 1000;
 
+// Leaves pagmo's algorithms when the solver is destroyed. Deliberately no std::exception, which they
+// might catch.
+struct Cancelled {};
+
 // The unit box behind a channel; pagmo copies problems at will.
 struct ChannelProblem {
-  std::shared_ptr<PagmoChannel> channel;
+  BlockingSolver::Channel* channel = nullptr;
   std::size_t dimension = 1;
   std::size_t objectives = 1;
 
   pagmo::vector_double fitness(const pagmo::vector_double& point) const {
-    return channel->Evaluate(point);
+    return batch_fitness(point);
   }
   pagmo::vector_double batch_fitness(const pagmo::vector_double& points) const {
-    return channel->Evaluate(points);
+    std::vector<BlockingSolver::Request> batch;
+    const auto size = static_cast<Eigen::Index>(dimension);
+    for (std::size_t begin = 0; begin < points.size(); begin += dimension) {
+      batch.push_back({Eigen::Map<const Eigen::VectorXd>(points.data() + begin, size), ""});
+    }
+    const auto answers = channel->Evaluate(std::move(batch));
+    if (!answers) throw Cancelled{};
+    pagmo::vector_double values;
+    for (const BlockingSolver::Answer& answer : *answers) {
+      values.insert(values.end(), answer.values.begin(), answer.values.end());
+    }
+    return values;
   }
   std::pair<pagmo::vector_double, pagmo::vector_double> get_bounds() const {
     return {pagmo::vector_double(dimension, 0), pagmo::vector_double(dimension, 1)};
@@ -47,12 +61,11 @@ class Numbers {
       }
     }
   }
-  pagmo::vector_double Of(const Individual& individual) const {
-    pagmo::vector_double values(individual.values.begin(), individual.values.end());
-    for (std::size_t o = 0; o < values.size(); ++o) {
+  Eigen::VectorXd Of(const Individual& individual) const {
+    Eigen::VectorXd values = individual.values;
+    for (Eigen::Index o = 0; o < values.size(); ++o) {
       if (std::isfinite(values[o])) continue;
-      const auto i = static_cast<Eigen::Index>(o);
-      values[o] = worst_[i] + kFailureMargin * (worst_[i] - best_[i] + 1);
+      values[o] = worst_[o] + kFailureMargin * (worst_[o] - best_[o] + 1);
     }
     return values;
   }
@@ -70,12 +83,6 @@ class PagmoStrategy final : public Strategy {
         objectives_(problem.objectives),
         seed_(PagmoSeed(problem)),
         numbers_(problem.objectives) {}
-  ~PagmoStrategy() override {
-    channel_->Close();
-    if (thread_.joinable()) thread_.join();
-  }
-  PagmoStrategy(const PagmoStrategy&) = delete;
-  PagmoStrategy& operator=(const PagmoStrategy&) = delete;
 
   void Begin(std::vector<Individual> population) override;
   std::vector<Eigen::VectorXd> Propose() override;
@@ -83,35 +90,40 @@ class PagmoStrategy final : public Strategy {
   std::string Message() const override { return message_; }
 
  private:
-  void Run(pagmo::population population);
+  // In the solver's thread, which has the members to itself while it runs.
+  void Run(BlockingSolver::Channel& channel, const std::vector<Individual>& individuals);
 
   pagmo::algorithm algorithm_;
   Eigen::Index dimension_;
   int objectives_;
   unsigned seed_;
   Numbers numbers_;
-  std::shared_ptr<PagmoChannel> channel_ = std::make_shared<PagmoChannel>();
-  std::thread thread_;
+  std::string reason_;  // why the algorithm has ended
   std::string message_;
+  std::vector<std::int64_t> tickets_;        // of the batch that was proposed
+  std::unique_ptr<BlockingSolver> solver_;  // the last member: its thread uses the others
 };
 
 void PagmoStrategy::Begin(std::vector<Individual> individuals) {
-  pagmo::population population(
-      pagmo::problem(ChannelProblem{channel_, static_cast<std::size_t>(dimension_),
-                                    static_cast<std::size_t>(objectives_)}),
-      0, seed_);
   numbers_.See(individuals);
-  for (const Individual& individual : individuals) {
-    population.push_back({individual.point.begin(), individual.point.end()},
-                         numbers_.Of(individual));
-  }
-  thread_ = std::thread(
-      [this, population = std::move(population)]() mutable { Run(std::move(population)); });
+  solver_ = std::make_unique<BlockingSolver>(
+      [this, individuals = std::move(individuals)](BlockingSolver::Channel& channel) {
+        Run(channel, individuals);
+      });
 }
 
-void PagmoStrategy::Run(pagmo::population population) {
-  std::string reason;
+void PagmoStrategy::Run(BlockingSolver::Channel& channel,
+                        const std::vector<Individual>& individuals) {
   try {
+    pagmo::population population(
+        pagmo::problem(ChannelProblem{&channel, static_cast<std::size_t>(dimension_),
+                                      static_cast<std::size_t>(objectives_)}),
+        0, seed_);
+    for (const Individual& individual : individuals) {
+      const Eigen::VectorXd values = numbers_.Of(individual);
+      population.push_back({individual.point.begin(), individual.point.end()},
+                           {values.begin(), values.end()});
+    }
     // An algorithm may have ends of its own; then it goes on from where it was, unless it has
     // nothing to evaluate any more.
     for (auto before = population.get_problem().get_fevals();;) {
@@ -120,36 +132,29 @@ void PagmoStrategy::Run(pagmo::population population) {
       if (after == before) break;
       before = after;
     }
-    reason = algorithm_.get_name() + " has converged";
-  } catch (const PagmoChannel::Closed&) {
+    reason_ = algorithm_.get_name() + " has converged";
+  } catch (const Cancelled&) {
   } catch (const std::exception& error) {
-    reason = algorithm_.get_name() + " has stopped: " + error.what();
+    reason_ = algorithm_.get_name() + " has stopped: " + error.what();
   }
-  channel_->End(std::move(reason));
 }
 
 std::vector<Eigen::VectorXd> PagmoStrategy::Propose() {
   std::vector<Eigen::VectorXd> points;
-  const auto batch = channel_->Receive();
-  if (!batch) {
-    message_ = channel_->reason();
-    return points;
+  tickets_.clear();
+  while (auto ticket = solver_->Take()) {
+    points.push_back(std::move(ticket->request.point));
+    tickets_.push_back(ticket->number);
   }
-  const auto values = static_cast<Eigen::Index>(batch->size());
-  for (Eigen::Index begin = 0; begin < values; begin += dimension_) {
-    points.emplace_back(Eigen::Map<const Eigen::VectorXd>(batch->data() + begin, dimension_));
-  }
+  if (points.empty()) message_ = reason_;
   return points;
 }
 
 void PagmoStrategy::Learn(std::span<const Individual> generation) {
   numbers_.See(generation);
-  pagmo::vector_double values;
-  for (const Individual& individual : generation) {
-    const pagmo::vector_double of_point = numbers_.Of(individual);
-    values.insert(values.end(), of_point.begin(), of_point.end());
+  for (std::size_t i = 0; i < generation.size(); ++i) {
+    solver_->Give(tickets_[i], {.values = numbers_.Of(generation[i]), .variances = {}});
   }
-  channel_->Send(std::move(values));
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/random.h"
-#include "optimizers/bayesian/feasibility.h"
+#include "optimizers/feasibility.h"
 #include "studies/ledger.h"
 #include "studies/study.h"
 #include "surrogates/gaussian_process.h"

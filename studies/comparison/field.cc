@@ -6,6 +6,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "optimizers/designs/orthogonal_array.h"
 #include "optimizers/optimizer_text.h"
 
 namespace powdercal::comparison {
@@ -28,20 +29,16 @@ std::string OptionsOf(OptimizerFactory& factory, const SearchSpace& space) {
   return WriteYaml([&](Archive& archive) { factory.Serialize(archive, space); });
 }
 
-// The lines of a top-level key of YAML in block style, and all others.
-struct Extract {
-  std::string block;
+// Resolved, without the initial design.
+std::string OptionsWithoutDesign(OptimizerFactory& factory, const SearchSpace& space) {
+  std::istringstream lines(OptionsOf(factory, space));
   std::string rest;
-};
-Extract ExtractKey(const std::string& yaml, const std::string& key) {
-  Extract result;
   bool inside = false;
-  std::istringstream lines(yaml);
   for (std::string line; std::getline(lines, line);) {
-    if (!line.starts_with(' ')) inside = line.starts_with(key + ":");
-    (inside ? result.block : result.rest) += line + "\n";
+    if (!line.starts_with(' ')) inside = line.starts_with(std::string(kDesignKey) + ":");
+    if (!inside) rest += line + "\n";
   }
-  return result;
+  return rest;
 }
 
 // A design in full has the budget's number of points, unless the label says how many.
@@ -52,6 +49,13 @@ std::string WithBudget(const std::string& label, int evaluations, int dimension)
     return fmt::format("{}{}{}={}", label, label == name ? ":" : ",", key, value);
   };
   if (name == "sobol" || name == "latin_hypercube") return add("points", evaluations);
+  if (name == "orthogonal_array") {
+    int levels = OrthogonalArrayLevels().front();
+    for (const int more : OrthogonalArrayLevels()) {
+      if (more * more <= evaluations) levels = more;
+    }
+    return add("levels", levels);
+  }
   if (name != "grid") return label;
   int levels = 2;
   while (std::pow(levels + 1, dimension) <= evaluations) ++levels;
@@ -102,12 +106,7 @@ Field::Field(Study& study, const std::vector<std::string>& labels, int evaluatio
       objectives_(study.MakeObjectives()),
       evaluations_(evaluations),
       initial_design_{.name = "sobol"} {
-  const std::string block = ExtractKey(OptionsOf(*study.optimizer, study.space), kDesignKey).block;
-  if (!block.empty()) {
-    ReadYaml(block, study.file, [&](Archive& archive) {
-      initial_design_.SerializeSection(archive, kDesignKey, study.space);
-    });
-  }
+  if (const DesignOptions* own = study.optimizer->initial_design()) initial_design_ = *own;
   if (const std::string reason = initial_design_.ExplainUnsupported(study.space); !reason.empty()) {
     throw InputError(reason, {.location = {study.file}, .key = kDesignKey});
   }
@@ -146,9 +145,9 @@ void Field::Add(const std::string& label, bool asked_for) {
     return;
   }
   contestant.description = factory->Describe();
-  contestant.options = ExtractKey(OptionsOf(*factory, study_.space), kDesignKey).rest;
+  contestant.options = OptionsWithoutDesign(*factory, study_.space);
   contestant.initial_design =
-      HasInitialDesign(*factory, study_.space) && label.find(kDesignKey) == std::string::npos;
+      factory->initial_design() != nullptr && label.find(kDesignKey) == std::string::npos;
   const std::string reason = factory->Make(study_.space, objectives_, SeedOf(1))
                                  ->ExplainUnsupported(study_.space, objectives_);
   if (reason.empty()) {
@@ -165,16 +164,10 @@ std::unique_ptr<OptimizerFactory> Field::MakeFactory(const Contestant& contestan
     return ParseOptimizer(WithBudget(contestant.label, evaluations_, dimension), study_.space,
                           &design);
   }
-  std::string yaml = ExtractKey(OptionsOf(*study_.optimizer, study_.space), kDesignKey).rest;
-  if (HasInitialDesign(*study_.optimizer,
-                       study_.space)) {  // also where it is written only if given
-    if (yaml == "{}\n") yaml.clear();
-    DesignOptions copy = design;
-    yaml += WriteYaml(
-        [&](Archive& archive) { copy.SerializeSection(archive, kDesignKey, study_.space); });
-  }
   auto factory = MakeOptimizerFactory(contestant.name);
-  ReadYaml(yaml, study_.file, [&](Archive& archive) { factory->Serialize(archive, study_.space); });
+  ReadYaml(OptionsOf(*study_.optimizer, study_.space), study_.file,
+           [&](Archive& archive) { factory->Serialize(archive, study_.space); });
+  if (DesignOptions* own = factory->initial_design()) *own = design;
   return factory;
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/statistics.h"
 #include "optimizers/pareto.h"
 
 namespace powdercal::comparison {
@@ -122,17 +123,6 @@ int EvaluationsTo(const Trajectory& trajectory, double level) {
     if (trajectory.values[i] <= level) return static_cast<int>(i) + 1;
   }
   return 0;
-}
-
-double Quantile(std::vector<double> values, double p) {
-  if (values.empty()) return kNone;
-  std::sort(values.begin(), values.end());
-  const double position = p * static_cast<double>(values.size() - 1);
-  const auto below = static_cast<std::size_t>(position);
-  const double fraction = position - static_cast<double>(below);
-  if (fraction == 0) return values[below];
-  if (!std::isfinite(values[below + 1])) return kInfinity;
-  return values[below] + fraction * (values[below + 1] - values[below]);
 }
 
 Quartiles QuartilesOf(const std::vector<double>& values) {

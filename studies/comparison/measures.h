@@ -42,10 +42,6 @@ double ValueWithin(const Trajectory& trajectory, double core_seconds);
 /// Number of evaluations until the value is `level` or below; 0: never.
 int EvaluationsTo(const Trajectory& trajectory, double level);
 
-/// Quantile of values among which ∞ may be; linear between order statistics (Hyndman & Fan 1996,
-/// type 7), ∞ where that involves one. NaN without values. 0 ≤ p ≤ 1.
-double Quantile(std::vector<double> values, double p);
-
 struct Quartiles {
   double lower = kNone;
   double median = kNone;

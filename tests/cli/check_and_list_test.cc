@@ -116,6 +116,22 @@ TEST(List, JsonNamesWhatThereIs) {
   EXPECT_TRUE(std::filesystem::exists(one.at("studies").at(0).at("file").get<std::string>()));
 }
 
+TEST(List, AParameterOfNamesHasItsChoices) {
+  const TemporaryFolder folder;
+  const Streams result = PowdercalStreams({"list", "parameters", "--json"}, folder.path());
+  ASSERT_EQ(result.exit_status, 0);
+  bool found = false;
+  for (const json& parameter : json::parse(result.output).at("parameters")) {
+    const bool model = parameter.at("name") == "rolling_model";
+    EXPECT_EQ(parameter.contains("choices"), model);
+    if (model) {
+      EXPECT_EQ(parameter.at("choices"), json::array({"none", "cdt", "epsd2"}));
+    }
+    found = found || model;
+  }
+  EXPECT_TRUE(found);
+}
+
 TEST(List, TheEmbeddedEngineIsAlwaysThere) {
   const TemporaryFolder folder;
   const ProcessResult result =

@@ -35,13 +35,6 @@ PlateWindow HexagonalWindow(int nx, int ny) {
   return {.x1 = 2.0 * nx, .y1 = 2 * kSqrt3 * ny, .period_y = 2 * kSqrt3 * ny};
 }
 
-TEST(SampleQuantile, InterpolatesBetweenRanks) {
-  EXPECT_EQ(SampleQuantile({3, 1, 2}, 0), 1);
-  EXPECT_EQ(SampleQuantile({3, 1, 2}, 1), 3);
-  EXPECT_EQ(SampleQuantile({3, 1, 2}, 0.75), 2.5);
-  EXPECT_EQ(SampleQuantile({7}, 0.3), 7);
-}
-
 TEST(DiameterQuantile, IsOfDiametersByNumber) {
   Packing packing;
   for (int i = 10; i >= 0; --i) packing.push_back(At(0, 0, 1 + i));

@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "core/random.h"
-#include "tests/optimizers/environmental_model.h"
+#include "optimizers/test_problems.h"
 #include "tests/optimizers/problems.h"
 
 namespace powdercal {
@@ -57,19 +57,17 @@ Outcome Minimise(const LeastSquaresOptions& options, const Objectives& objective
 
 // Lowest sum of squares of 50 evaluations, the initial 10 included.
 double EnvironmentalSquares(std::uint64_t seed, double noise) {
-  const SearchSpace space = EnvironmentalSpace();
-  const Objectives objectives = EnvironmentalObjectives(1);
-  const Eigen::VectorXd truth = EnvironmentalResponses(EnvironmentalTruth());
+  const TestProblem problem = MakeTestProblem("environmental", "");
   RandomStream random(1000 + seed);
-  double lowest = std::numeric_limits<double>::infinity();
+  std::vector<Eigen::VectorXd> truths;
   const auto responses = [&](const Eigen::VectorXd& point) {
-    Eigen::VectorXd values = EnvironmentalResponses(space.FromUnit(point));
-    lowest = std::min(lowest, (values - truth).squaredNorm());
+    Eigen::VectorXd values = problem.respond(problem.space.FromUnit(point));
+    truths.push_back(values);
     for (double& value : values) value += noise * random.Normal();
     return values;
   };
-  RunSerially(MakeLeastSquares({}, space, objectives, seed).get(), responses, 50);
-  return lowest;
+  RunSerially(MakeLeastSquares({}, problem.space, problem.objectives, seed).get(), responses, 50);
+  return problem.measure(truths);
 }
 
 TEST(LeastSquaresTest, EnvironmentalModelWithinFiftyEvaluations) {

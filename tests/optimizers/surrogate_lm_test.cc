@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "core/random.h"
-#include "tests/optimizers/environmental_model.h"
+#include "optimizers/test_problems.h"
 #include "tests/optimizers/problems.h"
 
 namespace powdercal {
@@ -53,25 +53,26 @@ TEST(SurrogateLmTest, MatchesTwoResponsesWithinTenEvaluations) {
 
 // True sum of squares of the evaluation that came out best, median of three seeds.
 double MedianEnvironmentalSquares(const std::string& name, int evaluations) {
-  const SearchSpace space = EnvironmentalSpace();
-  const Objectives objectives = EnvironmentalObjectives(0.05);
-  const Eigen::VectorXd truth = EnvironmentalResponses(EnvironmentalTruth());
+  TestProblem problem = MakeTestProblem("environmental", "");
+  const SearchSpace& space = problem.space;
+  for (Target& target : problem.objectives.targets) target.sd = 0.05;
   std::vector<double> squares;
   for (std::uint64_t seed = 0; seed < 3; ++seed) {
     RandomStream random(1000 + seed);
-    const auto optimizer = MakeOptimizerFactory(name)->Make(space, objectives, seed);
+    const auto optimizer = MakeOptimizerFactory(name)->Make(space, problem.objectives, seed);
     const auto responses = [&](const Eigen::VectorXd& point) {
-      Eigen::VectorXd values = EnvironmentalResponses(space.FromUnit(point));
+      Eigen::VectorXd values = problem.respond(space.FromUnit(point));
       for (double& value : values) value += 0.05 * random.Normal();
       return values;
     };
     double lowest = 1e300;
     double reached = 0;
     for (const Observation& o : RunSerially(optimizer.get(), responses, evaluations)) {
-      const double seen = (o.responses - truth).squaredNorm();
+      const double seen = ChiSquared(problem.objectives, o.responses, {});
       if (seen >= lowest) continue;
       lowest = seen;
-      reached = (EnvironmentalResponses(space.FromUnit(o.point)) - truth).squaredNorm();
+      const Eigen::VectorXd noise_free = problem.respond(space.FromUnit(o.point));
+      reached = problem.measure({&noise_free, 1});
     }
     squares.push_back(reached);
   }

@@ -28,6 +28,23 @@ TEST(TestProblemsTest, PublishedMinima) {
             0);
 }
 
+TEST(TestProblemsTest, CheapBraninIsShiftedAndItsTargetIsNot) {
+  const TestProblem problem = MakeTestProblem("branin_multi_fidelity", kTable3);
+  const TestProblem branin = MakeTestProblem("branin", kTable3);
+  const Eigen::Vector2d x(2, 1);
+  EXPECT_EQ(problem.respond(x), branin.respond(x));
+  EXPECT_NEAR(problem.respond_at(x, 1)[0], branin.respond(x)[0], 1e-12);
+  // x2 + 0.1 · 0.5 · 2²
+  EXPECT_NEAR(problem.respond_at(x, 0.5)[0], branin.respond(Eigen::Vector2d(2, 1.2))[0], 1e-12);
+  EXPECT_EQ(CostOf(problem, {.fidelity = 0.5}), 0.1);
+  EXPECT_EQ(CostOf(problem, {.fidelity = 1}), 1);
+  EXPECT_EQ(CostOf(branin, {}), 1);
+  const Observation cheap =
+      Observe(problem, {.point = Eigen::Vector2d(0.5, 0.5), .fidelity = 0.5}, 1);
+  EXPECT_EQ(cheap.fidelity, 0.5);
+  EXPECT_EQ(cheap.responses, problem.respond_at(Eigen::Vector2d(2.5, 7.5), 0.5));
+}
+
 TEST(TestProblemsTest, FrontsHaveTheirHypervolumes) {
   const TestProblem zdt1 = MakeTestProblem("zdt1", kTable3);
   const TestProblem dtlz2 = MakeTestProblem("dtlz2", kTable3);

@@ -287,5 +287,12 @@ TEST(HtmlReportTest, PartialFailuresSayWhichExperiment) {
   EXPECT_THAT(markup, HasSubstr("quick; shear: standard"));
 }
 
+TEST(HtmlReportTest, CategoriesAreNames) {
+  const std::string html = HtmlReport(CategoricalSample());
+  EXPECT_THAT(html, HasSubstr("rolling model</td><td class=\"number value\">epsd2</td>"
+                              "<td class=\"number small\">cdt and epsd2</td>"));
+  EXPECT_THAT(html, HasSubstr("<td>cdt</td>"));
+}
+
 }  // namespace
 }  // namespace powdercal

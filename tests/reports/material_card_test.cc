@@ -90,5 +90,14 @@ TEST(MaterialCardTest, SaysHowTheParametersDoWhereTheyWereNotFitted) {
   EXPECT_FALSE(YAML::Load(MaterialCard(JointSample()))["transfer"]);
 }
 
+TEST(MaterialCardTest, CategoriesAreNames) {
+  const YAML::Node card = YAML::Load(MaterialCard(CategoricalSample()));
+  const YAML::Node model = card["parameters"]["rolling_model"];
+  EXPECT_EQ(model["value"].as<std::string>(), "epsd2");
+  EXPECT_EQ(model["searched"].as<std::vector<std::string>>(),
+            (std::vector<std::string>{"cdt", "epsd2"}));
+  EXPECT_EQ(card["parameters"]["cohesion_energy_density"]["value"].as<double>(), 55400);
+}
+
 }  // namespace
 }  // namespace powdercal

@@ -157,5 +157,14 @@ TEST(PlotsTest, NothingAtAll) {
   EXPECT_TRUE(ParetoFigures(nothing).empty());
 }
 
+TEST(PlotsTest, NamesAreNoAxisOfASurface) {
+  const StudyResults results = CategoricalSample();
+  const std::vector<Figure> figures = SurfaceFigures(results);
+  ASSERT_EQ(figures.size(), 1u);
+  EXPECT_THAT(figures[0].title, HasSubstr("k and"));
+  EXPECT_THAT(figures[0].caption, HasSubstr("other parameters are held at the best point"));
+  EXPECT_THAT(figures[0].spec.dump(), HasSubstr("epsd2"));  // in the tooltip of the evaluations
+}
+
 }  // namespace
 }  // namespace powdercal

@@ -199,5 +199,17 @@ TEST(ResultsJsonTest, PartialFailuresNameTheExperiment) {
   EXPECT_EQ(failure.at("experiments")[0].at("outcome"), "not_quasi_static");
 }
 
+TEST(ResultsJsonTest, CategoriesAreNames) {
+  const json document = ResultsToJson(CategoricalSample());
+  EXPECT_EQ(document.at("best").at("parameters").at("rolling_model"), "epsd2");
+  const json& history = document.at("history");
+  EXPECT_EQ(history.at(0).at("parameters").at("rolling_model"), "epsd2");
+  EXPECT_EQ(history.at(1).at("parameters").at("rolling_model"), "cdt");
+  const json& parameter = document.at("study").at("parameters").at(2);
+  EXPECT_EQ(parameter.at("name"), "rolling_model");
+  EXPECT_EQ(parameter.at("choices"), json::array({"cdt", "epsd2"}));
+  EXPECT_FALSE(parameter.contains("lower"));
+}
+
 }  // namespace
 }  // namespace powdercal

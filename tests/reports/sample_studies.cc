@@ -196,6 +196,20 @@ StudyResults TableSample() {
   return results;
 }
 
+StudyResults CategoricalSample() {
+  StudyResults results = QuickstartSample();
+  results.parameters.push_back({.name = "rolling_model",
+                                .symbol = "rolling",
+                                .unit = "1",
+                                .upper = 1,
+                                .kind = Parameter::Kind::categorical,
+                                .categories = {"cdt", "epsd2"}});
+  for (std::size_t i = 0; i < results.history.size(); ++i) {
+    results.history[i].parameters["rolling_model"] = i == *results.best || i % 2 == 0 ? 1 : 0;
+  }
+  return results;
+}
+
 StudyResults FailedSample() {
   StudyResults results = Frame();
   for (int i = 0; i < 3; ++i) {

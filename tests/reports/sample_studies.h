@@ -10,6 +10,8 @@ namespace powdercal {
 StudyResults QuickstartSample();
 /// The same, answered by the table backend.
 StudyResults TableSample();
+/// QuickstartSample with the law of rolling friction as a third parameter; the best is epsd2.
+StudyResults CategoricalSample();
 /// Three evaluations, all of which failed.
 StudyResults FailedSample();
 /// Three parameters, one of them on a logarithmic scale, and three responses in two units.

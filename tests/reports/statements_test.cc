@@ -286,5 +286,9 @@ TEST(CompatibilityTest, NothingToSayOfOneObjectiveOrNone) {
   EXPECT_EQ(JudgeCompatibility(ParetoSample(1)).statement, "");
 }
 
+TEST(StatementsTest, ACategoryIsNotTheEndOfARange) {
+  EXPECT_THAT(Caveats(CategoricalSample()), Not(Contains(HasSubstr("Rolling model"))));
+}
+
 }  // namespace
 }  // namespace powdercal

@@ -120,10 +120,11 @@ TEST(Field, ADesignOfItsOwnStaysWhereItIsNamed) {
 
 TEST(Field, DesignsHaveTheBudgetsNumberOfPoints) {
   Study study = Load();
-  const Field field(study, {"sobol", "grid", "latin_hypercube:points=3"}, 17);
+  const Field field(study, {"sobol", "grid", "latin_hypercube:points=3", "orthogonal_array"}, 17);
   EXPECT_EQ(field.Make(field.contestants()[0], 1)->Ask(100).size(), 17U);
   EXPECT_EQ(field.Make(field.contestants()[1], 1)->Ask(100).size(), 16U);  // 4 × 4
   EXPECT_EQ(field.Make(field.contestants()[2], 1)->Ask(100).size(), 3U);
+  EXPECT_EQ(field.Make(field.contestants()[3], 1)->Ask(100).size(), 16U);  // 4 levels
   for (const Contestant& one : field.contestants()) EXPECT_TRUE(one.design);
 }
 

@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include <regex>
+
 #include "tests/support/program.h"
 
 namespace powdercal {
@@ -156,6 +158,32 @@ TEST(Planner, OneStressForTheExperimentsThatHaveOne) {
   EXPECT_EQ(planner.Simulation(1, {1e4, 0.5}).stress, 900);
   EXPECT_FALSE(planner.Simulation(2, {1e4, 0.5}).stress.has_value());
   EXPECT_EQ(planner.ScalingTables({0, 1, 2}, {1e4, 0.5}).size(), 3u);
+}
+
+TEST(Planner, TheChosenCategoryReachesTheProgram) {
+  const Study study =
+      Study::Parse(StudyText("quickstart", "rolling_friction: {",
+                             "rolling_model: {choices: [epsd2, cdt]}\n  rolling_friction: {"),
+                   "s.yaml", kLibrary);
+  const Planner planner(study);
+  const auto law = [&](double model) { return planner.Plan({1e4, model, 0.5}, 0)[0].program.law; };
+  EXPECT_EQ(law(0).rolling, ContactLaw::Rolling::epsd2);
+  EXPECT_EQ(law(1).rolling, ContactLaw::Rolling::cdt);
+  EXPECT_EQ(planner.Centres().size(), 2u);
+  EXPECT_EQ(planner.Simulation(0, {1e4, 1, 0.5}).directional_torque, true);
+  EXPECT_EQ(planner.Simulation(0, {1e4, 0, 0.5}).directional_torque, false);
+  EXPECT_EQ(planner.ExplainUnsupported(), "");
+}
+
+// Each of the choices has to be possible, not the one in the middle of the box only.
+TEST(Planner, RefusesAChoiceThatTheBackendCannotRun) {
+  const std::string text = std::regex_replace(
+      StudyText("quickstart", "cohesion: sjkr2, rolling: epsd2", "shear_update: incremental"),
+      std::regex("cohesion_energy_density: .*"), "rolling_model: {choices: [cdt, none]}");
+  const Study study = Study::Parse(text, "s.yaml", kLibrary, {{"backend.name", "yade"}});
+  const Planner planner(study);
+  EXPECT_EQ(planner.Centre()[0], 1);  // none
+  EXPECT_THAT(planner.ExplainUnsupported(), HasSubstr("YADE has no CDT"));
 }
 
 }  // namespace

@@ -347,5 +347,65 @@ TEST(StudyErrors, NoSuchStudyNamesTheShippedOnes) {
   }
 }
 
+const char kRollingFriction[] = "rolling_friction: {";
+const char kWithModel[] = "rolling_model: {choices: [cdt, epsd2]}\n  rolling_friction: {";
+
+TEST(CategoricalParameter, IsReadWrittenAndShownByName) {
+  Study study =
+      Study::Parse(StudyText("quickstart", kRollingFriction, kWithModel), "s.yaml", kLibrary);
+  ASSERT_EQ(study.space.dimension(), 3);
+  const Parameter& parameter = study.space.parameters[1];
+  EXPECT_EQ(parameter.name, "rolling_model");
+  EXPECT_EQ(parameter.kind, Parameter::Kind::categorical);
+  EXPECT_EQ(parameter.levels(), 2);
+  EXPECT_EQ(parameter.CategoryAt(0), "cdt");
+  EXPECT_EQ(parameter.CategoryAt(1), "epsd2");
+  EXPECT_EQ(study.law.rolling, ContactLaw::Rolling::epsd2);
+  EXPECT_EQ(study.LawAt({1e4, 0, 0.5}).rolling, ContactLaw::Rolling::cdt);
+  EXPECT_TRUE(study.warnings.empty());
+  Study back = Study::Parse(study.ToYaml(), "back.yaml", kLibrary);
+  EXPECT_EQ(back.ToYaml(), study.ToYaml());
+  EXPECT_EQ(back.space.parameters[1].categories, parameter.categories);
+}
+
+TEST(CategoricalParameter, TheContactLawHasOneOfTheChoices) {
+  const std::string text = StudyText("quickstart", kRollingFriction,
+                                     "rolling_model: {choices: [cdt, none]}\n  "
+                                     "rolling_friction: {");
+  Study study = Study::Parse(text, "s.yaml", kLibrary);
+  EXPECT_EQ(study.law.rolling, ContactLaw::Rolling::cdt);
+  ASSERT_EQ(study.warnings.size(), 1u);
+  EXPECT_THAT(study.warnings[0], HasSubstr("epsd2 has no effect"));
+  EXPECT_TRUE(Study::Parse(study.ToYaml(), "back.yaml", kLibrary).warnings.empty());
+}
+
+TEST(CategoricalParameter, MistakesAreNamed) {
+  const auto message = [](const std::string& section) {
+    return MessageFor("quickstart", kRollingFriction, section + "\n  rolling_friction: {");
+  };
+  EXPECT_THAT(message("rolling_model: {choices: [cdt, espd2]}"), HasSubstr("epsd2"));
+  EXPECT_THAT(message("rolling_model: {choices: [cdt]}"), HasSubstr("at least two of"));
+  EXPECT_THAT(message("rolling_model: {range: [0, 1]}"), HasSubstr("has `choices`"));
+  EXPECT_THAT(message("rolling_model: {}"), HasSubstr("choices"));
+}
+
+TEST(CategoricalParameter, OptimizersWithoutCategoriesAndTablesRefuse) {
+  const auto message = [](const Overrides& overrides) -> std::string {
+    try {
+      Study::Parse(StudyText("quickstart", kRollingFriction, kWithModel), "s.yaml", kLibrary,
+                   overrides);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_THAT(message({{"optimizer", "cma_es"}}),
+              AllOf(HasSubstr("rolling_model"), HasSubstr("genetic")));
+  EXPECT_THAT(message({{"optimizer", "least_squares"}}),
+              AllOf(HasSubstr("rolling_model"), HasSubstr("derivative")));
+  EXPECT_EQ(message({{"optimizer", "genetic"}}), "");
+  EXPECT_EQ(message({{"optimizer", "orthogonal_array"}}), "");
+}
+
 }  // namespace
 }  // namespace powdercal

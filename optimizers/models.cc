@@ -1,8 +1,10 @@
-#include "optimizers/bayesian/models.h"
+#include "optimizers/models.h"
 
 #include <algorithm>
 #include <cmath>
 #include <set>
+
+#include "core/statistics.h"
 
 namespace powdercal {
 namespace {
@@ -26,34 +28,14 @@ Eigen::VectorXd Vector(const std::vector<double>& values) {
   return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
-double UpperMedian(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
-
-InputMap InputsOf(const SearchSpace& space) {
-  std::vector<InputMap::Coordinate> coordinates;
-  for (const Parameter& parameter : space.parameters) {
-    const bool categorical = parameter.kind == Parameter::Kind::categorical;
-    coordinates.push_back({.categories = categorical ? parameter.levels() : 0});
-  }
-  return InputMap(std::move(coordinates));
-}
-
 GaussianProcess FitProcess(const SearchSpace& space, const ModelOptions& models,
                            const Series& series, double fallback_scale) {
   GaussianProcess::Options options;
   options.model.kernel = models.kernel;
-  // Known variances come with the observations; what is learned besides is often nothing, which a
-  // handful of points cannot show. The process's own prior, LogNormal(−4, 1), makes a search miss
-  // targets by a tenth of the spread of the responses. This one is lower, and wide enough for noise
-  // that nobody told of: on the environmental model of 4 parameters, without noise, medians of chi²
-  // after 20 evaluations fall from 3e-5, with LogNormal(−6, 2), to 7e-8, and noisy ones stay as they
-  // were (benchmarks/optimizer_suite). The weaker tie of the lengthscales finds inputs that do
-  // nothing sooner.
-  options.model.noise_location = -9;
-  options.model.noise_scale = 3;
-  options.model.noise_floor = 1e-8;
+  options.model.noise_location = models.noise_location;
+  options.model.noise_scale = models.noise_scale;
+  options.model.noise_floor = models.noise_floor;
+  // A weaker tie of the lengthscales finds inputs that do nothing sooner.
   options.model.lengthscale_spread = 1;
   options.fallback_scale = fallback_scale;
   options.inputs = InputsOf(space);
@@ -88,16 +70,13 @@ double VarianceOfObjective(const Objectives& objectives, const Observation& obse
 
 }  // namespace
 
-bool Complete(const Observation& observation) {
-  return !observation.failed && observation.responses.allFinite();
-}
-
-Eigen::MatrixXd Rows(const std::vector<Eigen::VectorXd>& points, Eigen::Index dimension) {
-  Eigen::MatrixXd rows(static_cast<Eigen::Index>(points.size()), dimension);
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    rows.row(static_cast<Eigen::Index>(i)) = points[i].transpose();
+InputMap InputsOf(const SearchSpace& space) {
+  std::vector<InputMap::Coordinate> coordinates;
+  for (const Parameter& parameter : space.parameters) {
+    const bool categorical = parameter.kind == Parameter::Kind::categorical;
+    coordinates.push_back({.categories = categorical ? parameter.levels() : 0});
   }
-  return rows;
+  return InputMap(std::move(coordinates));
 }
 
 Models FitResponses(const SearchSpace& space, const Objectives& objectives,

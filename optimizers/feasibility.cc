@@ -1,4 +1,4 @@
-#include "optimizers/bayesian/feasibility.h"
+#include "optimizers/feasibility.h"
 
 #include <cmath>
 #include <limits>
