@@ -54,6 +54,12 @@ class MeshContacts {
     }
   }
 
+  /// See state_stream.h.
+  template <typename Self, typename Stream>
+  static void Transfer(Self& self, Stream& stream) {
+    stream(self.candidates_, self.slabs_);
+  }
+
  private:
   struct Near {  // a particle, or its image, near the mesh
     std::int32_t particle = 0;
@@ -82,6 +88,11 @@ class MeshContacts {
     std::vector<MeshContact> of_particle;  // of all its images
     std::vector<std::int32_t> particle;
     std::vector<MeshContact> contacts;
+
+    template <typename Self, typename Stream>
+    static void Transfer(Self& self, Stream& stream) {
+      stream(self.near, self.memory, self.list, self.particle, self.contacts);
+    }
   };
 
   void FindContacts(SlabContacts& slab, const ParticleStore& particles, const MeshBody& body);

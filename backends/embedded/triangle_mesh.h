@@ -136,6 +136,13 @@ class TriangleMesh {
   void FindCandidates(std::span<const Vector3> centres, std::span<const double> radii, double skin,
                       std::vector<Candidate>& out) const;
 
+  /// Where it is and how it moves; see state_stream.h.
+  template <typename Self, typename Stream>
+  static void Transfer(Self& self, Stream& stream) {
+    stream(self.pose_, self.turned_, self.to_reference_, self.velocity_, self.spin_,
+           self.spin_centre_);
+  }
+
  private:
   struct Triangle {
     std::array<std::uint32_t, 3> vertices;
