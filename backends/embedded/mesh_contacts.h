@@ -66,6 +66,11 @@ class MeshContacts {
     Vector3 shift{};          // [m] of the image
     std::uint32_t begin = 0;  // of its candidates
     std::uint32_t end = 0;
+
+    template <typename Self, typename Stream>
+    static void Transfer(Self& self, Stream& stream) {
+      stream(self.particle, self.shift, self.begin, self.end);
+    }
   };
   struct Remembered {
     std::int32_t particle = 0;
@@ -76,6 +81,12 @@ class MeshContacts {
     Vector3 shear{};
     Vector3 rolling{};
     bool taken = false;
+
+    template <typename Self, typename Stream>
+    static void Transfer(Self& self, Stream& stream) {
+      stream(self.particle, self.id, self.normal, self.overlap, self.radius, self.shear,
+             self.rolling, self.taken);
+    }
   };
   struct SlabContacts {
     std::vector<Near> near;

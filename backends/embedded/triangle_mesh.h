@@ -42,6 +42,12 @@ struct MeshContact {
   double distance = 0;  ///< [m] from the point to the centre, in [0, radius)
   Feature feature = Feature::face;
   std::uint32_t id = 0;  ///< of the triangle, the edge or the vertex
+
+  /// See state_stream.h.
+  template <typename Self, typename Stream>
+  static void Transfer(Self& self, Stream& stream) {
+    stream(self.point, self.normal, self.distance, self.feature, self.id);
+  }
 };
 
 /// A sphere's index and that of a triangle near it.
