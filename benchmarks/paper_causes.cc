@@ -4,10 +4,12 @@
 // any other. See docs/validation/paper_causes.md.
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <map>
@@ -174,7 +176,10 @@ class Laboratory {
   const json& Run(const Program& program) {
     const std::string key = options_.backend + " " + program.Hash();
     if (const auto known = known_.find(key); known != known_.end()) return known->second;
-    const Trace trace = backend_->Run(program, {});
+    const std::filesystem::path folder =
+        std::filesystem::temp_directory_path() / fmt::format("paper_causes-{}", getpid());
+    const Trace trace = backend_->Run(program, {.work_folder = folder});
+    std::filesystem::remove_all(folder);
     json readings = json::array();
     for (const Reading& reading : ReadAll(program, trace)) readings.push_back(ToJson(reading));
     json entry = {{"key", key},

@@ -45,6 +45,13 @@ struct CellDrive {
   double shear_rate = 0;  ///< [1/s]
   double pace = 0;        ///< [1/s] rate of the stress control
   double gain = 0;
+
+  /// See state_stream.h.
+  template <typename Self, typename Stream>
+  static void Transfer(Self& self, Stream& stream) {
+    for (auto& edge : self.edges) stream(edge.kind, edge.value);
+    stream(self.shear_rate, self.pace, self.gain);
+  }
 };
 
 /// A DEM simulation in progress: particles, contacts, walls, one time step after another. Velocity
