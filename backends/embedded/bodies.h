@@ -35,6 +35,12 @@ struct Body {
                            ///< group is not part of it
   std::optional<ServoControl> servo;
   bool removed = false;  ///< nothing touches it any more; not of glued groups
+
+  /// See state_stream.h; so for the bodies below. What the program says is not in it.
+  template <typename Self, typename Stream>
+  static void Transfer(Self& self, Stream& stream) {
+    stream(self.displacement, self.velocity, self.force, self.servo, self.removed);
+  }
 };
 
 struct PlaneBody : Body {
@@ -42,11 +48,23 @@ struct PlaneBody : Body {
   LawConstants law;
 
   PlaneState State() const;
+
+  template <typename Self, typename Stream>
+  static void Transfer(Self& self, Stream& stream) {
+    Body::Transfer(self, stream);
+    stream(self.wall.position);
+  }
 };
 
 /// Glued particles; `members` are in the present order, of each slab.
 struct GroupBody : Body {
   std::vector<std::vector<std::int32_t>> members;
+
+  template <typename Self, typename Stream>
+  static void Transfer(Self& self, Stream& stream) {
+    Body::Transfer(self, stream);
+    stream(self.members);
+  }
 };
 
 struct MeshBody : Body {
@@ -68,6 +86,13 @@ struct MeshBody : Body {
   void Advance(double time_step);
   /// Bound of the speed of any of its points [m/s].
   double Fastest() const;
+
+  template <typename Self, typename Stream>
+  static void Transfer(Self& self, Stream& stream) {
+    Body::Transfer(self, stream);
+    stream(self.surface, self.motion.velocity, self.motion.spin, self.motion.centre, self.moving,
+           self.motion_time, self.motion_start, self.reach);
+  }
 };
 
 }  // namespace powdercal::embedded

@@ -24,6 +24,11 @@ struct HistoryColumns {
   /// Entry n becomes sign times entry m of `from`.
   void Copy(std::size_t n, const HistoryColumns& from, std::size_t m, double sign,
             HistoryKinds kinds);
+
+  template <typename Self, typename Stream>
+  static void Transfer(Self& self, Stream& stream) {
+    stream(self.shear, self.rolling);
+  }
 };
 
 /// A list of contacts that the kernels read; owns its columns.
@@ -41,6 +46,13 @@ struct ContactList {
   void Resize(std::int32_t contacts, bool pairs, HistoryKinds kinds, std::int32_t padding_row);
   /// For the kernels, which write `force` if asked to.
   ContactColumns Columns(bool record_forces);
+
+  /// See state_stream.h.
+  template <typename Self, typename Stream>
+  static void Transfer(Self& self, Stream& stream) {
+    stream(self.size, self.i, self.j, self.radius_sum, self.effective_radius, self.effective_mass,
+           self.history, self.force);
+  }
 };
 
 }  // namespace powdercal::embedded

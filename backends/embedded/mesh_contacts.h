@@ -54,12 +54,23 @@ class MeshContacts {
     }
   }
 
+  /// See state_stream.h.
+  template <typename Self, typename Stream>
+  static void Transfer(Self& self, Stream& stream) {
+    stream(self.candidates_, self.slabs_);
+  }
+
  private:
   struct Near {  // a particle, or its image, near the mesh
     std::int32_t particle = 0;
     Vector3 shift{};          // [m] of the image
     std::uint32_t begin = 0;  // of its candidates
     std::uint32_t end = 0;
+
+    template <typename Self, typename Stream>
+    static void Transfer(Self& self, Stream& stream) {
+      stream(self.particle, self.shift, self.begin, self.end);
+    }
   };
   struct Remembered {
     std::int32_t particle = 0;
@@ -70,6 +81,12 @@ class MeshContacts {
     Vector3 shear{};
     Vector3 rolling{};
     bool taken = false;
+
+    template <typename Self, typename Stream>
+    static void Transfer(Self& self, Stream& stream) {
+      stream(self.particle, self.id, self.normal, self.overlap, self.radius, self.shear,
+             self.rolling, self.taken);
+    }
   };
   struct SlabContacts {
     std::vector<Near> near;
@@ -82,6 +99,11 @@ class MeshContacts {
     std::vector<MeshContact> of_particle;  // of all its images
     std::vector<std::int32_t> particle;
     std::vector<MeshContact> contacts;
+
+    template <typename Self, typename Stream>
+    static void Transfer(Self& self, Stream& stream) {
+      stream(self.near, self.memory, self.list, self.particle, self.contacts);
+    }
   };
 
   void FindContacts(SlabContacts& slab, const ParticleStore& particles, const MeshBody& body);

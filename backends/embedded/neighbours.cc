@@ -215,7 +215,19 @@ void Neighbours::Rebuild(ParticleStore& particles, const Box& box, const Images&
     }
   });
   AssignHistories();
-  DivideWork(team.size(), cells.layers_wrap());
+  wrap_ = cells.layers_wrap();
+  DivideWork(team.size());
+}
+
+void Neighbours::Resume(std::int32_t particles, const Team& team) {
+  if (slabs_.empty()) return;  // no list was built yet
+  for (Slab& slab : slabs_) {
+    slab.source.assign(static_cast<std::size_t>(slab.start.back()), kNone);
+  }
+  plane_source_.assign(static_cast<std::size_t>(plane_count_),
+                       std::vector<std::int32_t>(static_cast<std::size_t>(particles), kNone));
+  carrying_ = false;
+  DivideWork(team.size());
 }
 
 // Tells the entries of the outer list which of the carried histories are theirs.
@@ -344,7 +356,7 @@ void Neighbours::SetPlaneHistory(int plane, std::int32_t i, const Vector3& shear
 }
 
 // Consecutive slabs for each thread, with about the same number of pairs.
-void Neighbours::DivideWork(int threads, bool wrap) {
+void Neighbours::DivideWork(int threads) {
   std::vector<std::int64_t> work = {0};
   for (const Slab& slab : slabs_) {
     work.push_back(work.back() + static_cast<std::int64_t>(slab.outer_i.size()) + slab.end -
@@ -359,7 +371,7 @@ void Neighbours::DivideWork(int threads, bool wrap) {
     share_.push_back(s);
   }
   share_.push_back(slabs_.size());
-  schedule_ = MakeSchedule(share_, wrap);
+  schedule_ = MakeSchedule(share_, wrap_);
 }
 
 void Neighbours::Prune(ParticleStore& particles, const Kernels& kernels, const Images& images,

@@ -45,6 +45,13 @@ struct Slab {
   std::vector<std::int32_t> next_slots;
   std::vector<std::uint8_t> accept;
   std::vector<std::int32_t> accepted;
+
+  /// See state_stream.h; between two prunes, when no entry has a source.
+  template <typename Self, typename Stream>
+  static void Transfer(Self& self, Stream& stream) {
+    stream(self.begin, self.end, self.start, self.outer_i, self.outer_j, self.pairs, self.slots,
+           self.planes);
+  }
 };
 
 class Neighbours {
@@ -81,6 +88,14 @@ class Neighbours {
   bool SetHistory(std::int32_t i, std::int32_t j, const Vector3& shear, const Vector3& rolling);
   void SetPlaneHistory(int plane, std::int32_t i, const Vector3& shear, const Vector3& rolling);
 
+  /// See state_stream.h. Not between Rebuild() and its Prune(); Resume() must follow reading.
+  template <typename Self, typename Stream>
+  static void Transfer(Self& self, Stream& stream) {
+    stream(self.slabs_, self.wrap_);
+  }
+  /// Makes what follows from the slabs of `particles` particles that were read.
+  void Resume(std::int32_t particles, const Team& team);
+
  private:
   // Histories on their way from the old order of particles to the new one.
   struct Carried {
@@ -91,7 +106,7 @@ class Neighbours {
 
   void AssignHistories();
   void CarryHistories(const std::vector<std::int32_t>& place);
-  void DivideWork(int threads, bool wrap);
+  void DivideWork(int threads);
   void PruneSlab(std::size_t slab, ParticleStore& particles, const Kernels& kernels,
                  const Images& images, double gap);
   void PrunePlane(std::size_t slab, int plane, ParticleStore& particles, const PlaneState& state,
@@ -102,6 +117,7 @@ class Neighbours {
   HistoryKinds kinds_;
   int plane_count_ = 0;
   std::vector<Slab> slabs_;
+  bool wrap_ = false;  // the last slab meets the first
   std::vector<std::size_t> share_;
   Schedule schedule_;
   bool carrying_ = false;  // sources point to carried_, not to the slab's own pairs

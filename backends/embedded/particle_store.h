@@ -45,6 +45,12 @@ class ParticleStore {
 
   double density() const { return density_; }
 
+  /// See state_stream.h.
+  template <typename Self, typename Stream>
+  static void Transfer(Self& self, Stream& stream) {
+    stream(self.rows_, self.count_, self.inverse_mass, self.inverse_inertia, self.ids, self.group);
+  }
+
  private:
   static std::size_t Row(std::int32_t p) { return static_cast<std::size_t>(p) * kRow; }
 

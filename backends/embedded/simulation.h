@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "backends/embedded/bodies.h"
@@ -43,6 +44,13 @@ struct CellDrive {
   double shear_rate = 0;  ///< [1/s]
   double pace = 0;        ///< [1/s] rate of the stress control
   double gain = 0;
+
+  /// See state_stream.h.
+  template <typename Self, typename Stream>
+  static void Transfer(Self& self, Stream& stream) {
+    for (auto& edge : self.edges) stream(edge.kind, edge.value);
+    stream(self.shear_rate, self.pace, self.gain);
+  }
 };
 
 /// A DEM simulation in progress: particles, contacts, walls, one time step after another. Velocity
@@ -62,6 +70,15 @@ class Simulation {
   /// Becomes the copy that was made of it earlier, and goes on as it would have done; only steps()
   /// and time() keep growing.
   void GoBackTo(const Simulation& saved);
+
+  /// All that there is to go on with, as bytes: those of this kind of machine and this version of
+  /// the engine. Instruction set and threads are not part of it. Requires that there is no
+  /// failure().
+  std::string SaveState() const;
+  /// Becomes the simulation that gave these bytes, and goes on as it would have done, to the last
+  /// bit. This one must have been made from the same program, with any packing, also an empty one.
+  /// Throws InputError for bytes that are damaged, of another version, or of another program.
+  void LoadState(std::string_view bytes);
 
   double time() const { return static_cast<double>(steps()) * program_.time_step; }
   std::int64_t steps() const { return steps_ + undone_steps_; }
@@ -117,6 +134,8 @@ class Simulation {
   Counters counters() const;
 
  private:
+  template <typename Self, typename Stream>
+  static void Transfer(Self& self, Stream& stream);
   void AddBodies();
   void MoveGroups();
   void Start();

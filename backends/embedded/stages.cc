@@ -7,6 +7,7 @@
 
 #include "backends/embedded/vector_math.h"
 #include "backends/insertion.h"
+#include "backends/particle_summary.h"
 #include "backends/servo_gain.h"
 #include "scaling/groups.h"
 
@@ -40,6 +41,19 @@ const Servo* FirstServo(const Program& program) {
 }
 
 }  // namespace
+
+ServoControl ControlOf(const Program& program, const Servo& servo, double height) {
+  ServoControl control{.target = servo.stress * program.domain.BaseArea(),
+                       .speed = ServoSpeed(program, servo),
+                       .max_velocity = servo.max_velocity};
+  // Ten times what the bed takes to answer: its stress grows by about 1.5 kappa sigma per strain.
+  const double kappa = StiffnessNumber(program.materials.young_modulus,
+                                       program.materials.poisson_ratio, servo.stress);
+  const double bed =
+      std::max(height - program.domain.lower[2], Summarise(program.particles).mean_diameter);
+  control.integral_time = 10 * bed / (1.5 * kappa * control.speed);
+  return control;
+}
 
 // Planes, meshes, groups: visit(body, height as in WallState).
 template <typename Visit>
@@ -120,16 +134,9 @@ bool StageRunner::Do(const Servo& servo) {
   const double top = simulation_->MakeSurvey().top;
   const double above = top + 0.03 * MeanDiameter(packing_);
   if (first) PlaceServo(above);
-  ServoControl control = servo_body_->servo.value_or(ServoControl{});
-  control.target = servo.stress * program_.domain.BaseArea();
-  control.speed = ServoSpeed(program_, servo);
-  control.max_velocity = servo.max_velocity;
-  control.integral = std::clamp(control.integral, -control.speed, control.speed);
-  // Ten times what the bed takes to answer: its stress grows by about 1.5 kappa sigma per strain.
-  const double kappa = StiffnessNumber(program_.materials.young_modulus,
-                                       program_.materials.poisson_ratio, servo.stress);
-  const double height = std::max(above - program_.domain.lower[2], MeanDiameter(packing_));
-  control.integral_time = 10 * height / (1.5 * kappa * control.speed);
+  ServoControl control = ControlOf(program_, servo, above);
+  const double integral = servo_body_->servo ? servo_body_->servo->integral : 0;
+  control.integral = std::clamp(integral, -control.speed, control.speed);
   servo_body_->servo = control;
   drive_speed_ = std::max(drive_speed_, servo.max_velocity);
   RestartWindows();

@@ -14,6 +14,9 @@
 
 namespace powdercal::embedded {
 
+/// The controller of a servo's body that stands at `height` [m], at the beginning of its stage.
+ServoControl ControlOf(const Program& program, const Servo& servo, double height);
+
 /// Takes a simulation through the stages of its program, watches its health on the way, and writes
 /// the trace. One object for one run.
 class StageRunner {

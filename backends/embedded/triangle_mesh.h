@@ -42,6 +42,12 @@ struct MeshContact {
   double distance = 0;  ///< [m] from the point to the centre, in [0, radius)
   Feature feature = Feature::face;
   std::uint32_t id = 0;  ///< of the triangle, the edge or the vertex
+
+  /// See state_stream.h.
+  template <typename Self, typename Stream>
+  static void Transfer(Self& self, Stream& stream) {
+    stream(self.point, self.normal, self.distance, self.feature, self.id);
+  }
 };
 
 /// A sphere's index and that of a triangle near it.
@@ -135,6 +141,13 @@ class TriangleMesh {
   /// images are the caller's, as in Contacts().
   void FindCandidates(std::span<const Vector3> centres, std::span<const double> radii, double skin,
                       std::vector<Candidate>& out) const;
+
+  /// Where it is and how it moves; see state_stream.h.
+  template <typename Self, typename Stream>
+  static void Transfer(Self& self, Stream& stream) {
+    stream(self.pose_, self.turned_, self.to_reference_, self.velocity_, self.spin_,
+           self.spin_centre_);
+  }
 
  private:
   struct Triangle {
