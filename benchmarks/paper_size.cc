@@ -124,9 +124,11 @@ class PaperSize {
     const Clock::time_point start = Clock::now();
     Clock::time_point saved = start;
     Clock::time_point last = start;
+    bool worked = false;
     while (progress_.phase != "done" && progress_.phase != "failed" &&
            Clock::now() - start < limit) {
       Piece();
+      worked = true;
       const Clock::time_point now = Clock::now();
       progress_.seconds += std::chrono::duration<double>(now - last).count();
       last = now;
@@ -134,7 +136,7 @@ class PaperSize {
       Save();
       saved = Clock::now();
     }
-    Save();
+    if (worked) Save();
   }
 
   json Report() const {
