@@ -120,8 +120,9 @@ TEST(List, AParameterOfNamesHasItsChoices) {
   const TemporaryFolder folder;
   const Streams result = PowdercalStreams({"list", "parameters", "--json"}, folder.path());
   ASSERT_EQ(result.exit_status, 0);
+  const json listed = json::parse(result.output);
   bool found = false;
-  for (const json& parameter : json::parse(result.output).at("parameters")) {
+  for (const json& parameter : listed.at("parameters")) {
     const bool model = parameter.at("name") == "rolling_model";
     EXPECT_EQ(parameter.contains("choices"), model);
     if (model) {
