@@ -239,8 +239,15 @@ class DeckWriter {
 
   void Write(const Deform&) {}  // not supported
 
+  // A restored servo's integral begins at zero, and so does that of the run that goes on.
   void Write(const Save& save) {
+    if (bodies_.lid_loaded()) {
+      bodies_.StartIntegral();
+      Freeze("now", "step");
+      Freeze("clock", "${now}+${shift}");
+    }
     saved_[save.name] = {bodies_.state(), stress_, stage_};
+    Add("print \"PC END stage={} step=${{clock}}\"", stage_);
     Add("write_restart {}", RestartFile(stage_));
     Add("variable step_{} equal ${{now}}", stage_);
     if (bodies_.lid_placed()) Add("variable z0_{} equal ${{z0}}", stage_);

@@ -47,6 +47,8 @@ class DeckBodies {
   void EndMotions(const Advance& advance);
 
   bool lid_placed() const { return lid_.has_value(); }
+  /// The servo has its integral part.
+  bool lid_loaded() const { return lid_loaded_; }
 
   /// What a restart has to bring back.
   struct State {

@@ -21,7 +21,8 @@ struct Record {
 std::vector<Record> ReadRecords(const std::string& screen);
 /// Throws std::runtime_error where the record lacks the key.
 double Value(const Record& record, const std::string& key);
-/// The record END of a stage; null if the run did not come that far.
+/// The record END of a stage, which those that leave a moment and `Save` write; null if the run did
+/// not come that far.
 const Record* EndOf(const std::vector<Record>& records, std::size_t stage);
 
 /// What to add to the steps in the files of each segment, to have them count from the beginning of

@@ -48,7 +48,7 @@ std::vector<double> EndsOf(const Program& program, const std::vector<Record>& re
   std::vector<double> ends;
   double now = 0;
   for (std::size_t i = 0; i < program.stages.size(); ++i) {
-    if (LeavesMoment(program.stages[i])) {
+    if (LeavesMoment(program.stages[i]) || std::holds_alternative<Save>(program.stages[i])) {
       const Record* end = EndOf(records, i);
       if (end == nullptr) throw std::runtime_error(fmt::format("stage {} did not end", i));
       now = Value(*end, "step");

@@ -434,9 +434,8 @@ TEST(ShearCellInTwoEngines, PlatensAndSlabBearTheSame) {
   }
 }
 
-// [1] of the way that particles go: by how much LIGGGHTS' restored beds go astray. It forgets the
-// velocity of the servo's mesh, which dampers feel for two steps.
-constexpr double kOfRestart = 1e-3;
+// [1] of the way that particles go: by how much LIGGGHTS' restored beds go astray.
+constexpr double kOfRestart = 1e-10;
 
 // The springs of contacts, with meshes as well, are part of a saved state.
 TEST(ShearCellInTwoEngines, GoesOnFromASavedState) {
