@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 
 #include "tests/cli/streams.h"
+#include "tests/support/comparison_document.h"
 
 namespace powdercal {
 namespace {
@@ -20,14 +21,6 @@ std::vector<std::string> With(std::vector<std::string> arguments,
                               const std::vector<std::string>& more) {
   arguments.insert(arguments.end(), more.begin(), more.end());
   return arguments;
-}
-
-// Without what is measured, and how it was asked for.
-json Reproducible(json document) {
-  document.erase("command");
-  for (json& optimizer : document["optimizers"]) optimizer.erase("optimizer_s_per_evaluation");
-  for (json& contest : document["contests"]) contest.erase("optimizer_s");
-  return document;
 }
 
 TEST(Compare, TableStudyEndToEnd) {

@@ -1,20 +1,13 @@
 #include <gmock/gmock.h>
 
 #include "tests/cli/streams.h"
+#include "tests/support/comparison_document.h"
 
 namespace powdercal {
 namespace {
 
 using nlohmann::json;
 using ::testing::HasSubstr;
-
-// Without what is measured, and how it was asked for.
-json Reproducible(json document) {
-  document.erase("command");
-  for (json& optimizer : document["optimizers"]) optimizer.erase("optimizer_s_per_evaluation");
-  for (json& contest : document["contests"]) contest.erase("optimizer_s");
-  return document;
-}
 
 // A few simulations of the embedded engine, emulated: from a design, and from a run.
 TEST(Compare, EmulatesADesignThatItSimulates) {
