@@ -48,7 +48,7 @@ struct BedSetup {
   // Bed
   int particles = 1000;
   double width = 10;            ///< [d]
-  double solid_fraction = 0.3;  ///< [-] as inserted, below `inserted_top`
+  double solid_fraction = 0.3;  ///< [-] as inserted
   double velocity = 0;          ///< [m/s] downwards, of all particles at the beginning
   double drop = 0;              ///< [m] of the lowest particle at the beginning
   double gravity = 9.81;        ///< [m/s2]

@@ -17,6 +17,7 @@
 #include "backends/embedded/stages.h"
 #include "backends/insertion.h"
 #include "benchmarks/paper_bed.h"
+#include "benchmarks/run_program.h"
 #include "core/errors.h"
 #include "core/files.h"
 #include "core/quantity.h"
@@ -322,11 +323,4 @@ int RunProgram(int argc, char** argv) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  try {
-    return RunProgram(argc, argv);
-  } catch (const InputError& error) {
-    fmt::print(stderr, "error: {}\n", error.what());
-    return 2;
-  }
-}
+int main(int argc, char** argv) { return Main(RunProgram, argc, argv); }

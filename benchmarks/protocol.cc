@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "benchmarks/campaign.h"
+#include "benchmarks/run_program.h"
 #include "core/errors.h"
 
 namespace {
@@ -148,15 +149,14 @@ json Run(const Options& options) {
   AddOverrides(options.set, &common);
   std::vector<Case> cases;
   json sweeps = json::array();
-  std::vector<std::pair<json*, std::size_t>> places;
   std::vector<Sweep> chosen;
-  if (!options.vary.empty()) {
+  if (options.vary.empty()) {
+    for (Sweep& sweep : SweepsOf(options.experiment)) {
+      if (sweep.name.find(options.only) != std::string::npos) chosen.push_back(std::move(sweep));
+    }
+  } else {
     const std::string& option = options.vary.front();
     chosen.push_back(Vary(option, option, {options.vary.begin() + 1, options.vary.end()}));
-  }
-  for (Sweep& sweep : SweepsOf(options.experiment)) {
-    if (!options.vary.empty() || sweep.name.find(options.only) == std::string::npos) continue;
-    chosen.push_back(std::move(sweep));
   }
   for (const Sweep& sweep : chosen) {
     for (const Setting& setting : sweep.settings) {
@@ -242,11 +242,4 @@ int RunProgram(int argc, char** argv) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  try {
-    return RunProgram(argc, argv);
-  } catch (const InputError& error) {
-    fmt::print(stderr, "error: {}\n", error.what());
-    return 2;
-  }
-}
+int main(int argc, char** argv) { return Main(RunProgram, argc, argv); }

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "benchmarks/campaign.h"
+#include "benchmarks/run_program.h"
 #include "core/errors.h"
 #include "studies/runner.h"
 
@@ -189,11 +190,4 @@ int Run(int argc, char** argv) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  try {
-    return Run(argc, argv);
-  } catch (const InputError& error) {
-    fmt::print(stderr, "error: {}\n", error.what());
-    return 2;
-  }
-}
+int main(int argc, char** argv) { return Main(Run, argc, argv); }
