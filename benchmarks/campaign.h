@@ -28,7 +28,7 @@ struct Sample {
 };
 
 struct CampaignOptions {
-  std::string study = "hastelloy_x_joint";
+  std::string study = "hastelloy_x_joint_soft";
   int first_seed = 1;
   int seeds = 5;
   int parallel = 2;

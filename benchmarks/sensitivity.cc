@@ -126,7 +126,7 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   program.add_option("--parallel", options.parallel, "simulations at a time")
       ->capture_default_str();
-  program.add_option("--experiments", experiments, "of the study hastelloy_x_joint");
+  program.add_option("--experiments", experiments, "of the study hastelloy_x_joint_soft");
   program.add_flag("--json", as_json, "print JSON");
   CLI11_PARSE(program, argc, argv);
   std::vector<Case> cases;

@@ -11,6 +11,7 @@
 #include "core/quantity.h"
 #include "reports/results_json.h"
 #include "reports/text.h"
+#include "studies/fidelities.h"
 #include "studies/planner.h"
 #include "studies/run_directory.h"
 
@@ -90,6 +91,15 @@ void PrintCost(const Study& study, const Planner::Cost& cost) {
   }
 }
 
+void PrintFidelities(const Study& study, const Planner& planner) {
+  const StudyFidelities fidelities(study, planner);
+  for (const FidelityLevel& level : fidelities.levels()) {
+    if (level.fidelity == 1) continue;
+    Print("  the optimizer may evaluate at {} instead, which counts as {:.2g} of an evaluation\n",
+          FidelityNameAt(study, level.fidelity), level.cost);
+  }
+}
+
 // Where the best point will be confirmed, and where it cannot be.
 void PrintConfirmations(const Study& study) {
   for (const auto& other : study.backend.confirm_with) {
@@ -116,6 +126,7 @@ void PrintText(Study& study, const Planner& planner, const std::vector<std::size
   Print("  backend: {} {}{}\n  optimizer: {}\n", backend.name(),
         availability.available ? availability.version : "(absent)",
         how.empty() ? "" : " (" + how + ")", study.optimizer->Describe());
+  PrintFidelities(study, planner);
   for (const auto& one : study.approximations.Describe(study.powder.sizes)) {
     Print("  approximation of {}: {}\n    {}\n", one.part, one.name, one.text);
   }
@@ -190,6 +201,13 @@ void PrintJson(Study& study, const Planner& planner, const std::vector<std::size
          {"problem", elsewhere.availability().available ? elsewhere.ExplainUnsupported()
                                                         : elsewhere.availability().why_not}});
   }
+  json lower_fidelities = json::array();
+  const StudyFidelities fidelities(study, planner);
+  for (const FidelityLevel& level : fidelities.levels()) {
+    if (level.fidelity == 1) continue;
+    lower_fidelities.push_back(
+        {{"fidelity", FidelityNameAt(study, level.fidelity)}, {"cost", level.cost}});
+  }
   const json groups = PiGroupsToJson(planner.ScalingTables(ExperimentsOf(cost), planner.Centre()));
   const Availability& availability = planner.availability();
   const json document = {
@@ -209,6 +227,7 @@ void PrintJson(Study& study, const Planner& planner, const std::vector<std::size
       {"approximations", ApproximationsToJson(study.approximations.Describe(study.powder.sizes))},
       {"confirmations", confirmations},
       {"programs", programs},
+      {"lower_fidelities", lower_fidelities},
       {"pi_groups", groups},
       {"cost", CostToJson(study, cost)},
       {"modes", ModesToJson(CompareModes(study, ExperimentsOf(cost)))}};

@@ -334,6 +334,10 @@ int Comparing::Run() {
         (folder_ / "comparison.json").string());
   }
   for (const std::string& warning : setting_.warnings) Say("warning: {}\n", warning);
+  if (!study_.backend.lower_fidelities.empty()) {
+    Say("note: backend.lower_fidelities is not used: every optimizer is compared at {}\n",
+        FidelityNames()[static_cast<std::size_t>(study_.backend.fidelity)]);
+  }
   status_.emplace();
   Hold(tasks);
   status_.reset();

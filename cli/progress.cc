@@ -8,6 +8,7 @@
 #include "cli/output.h"
 #include "cli/text.h"
 #include "reports/text.h"
+#include "studies/fidelities.h"
 
 namespace powdercal::cli {
 namespace {
@@ -26,6 +27,12 @@ std::string DescribeResponses(const Objectives& objectives, const ReducedRespons
     parts.push_back(fmt::format("{} failed ({})", failure.experiment, failure.reason));
   }
   return JoinNames(parts);
+}
+
+// Evaluations at a lower fidelity count as what they cost, and their sum is no whole number.
+std::string UsedText(const Progress& progress) {
+  return progress.used == progress.done ? fmt::format("{}", progress.done)
+                                        : fmt::format("{:.1f}", progress.used);
 }
 
 }  // namespace
@@ -67,11 +74,14 @@ void ProgressDisplay::OnEvaluation(const LedgerCandidate& candidate,
   const std::string result = failures.size() == 1 && responses.failed()
                                  ? "failed: " + failures[0].reason
                                  : DescribeResponses(objectives_, responses, failures);
+  const std::string at = candidate.candidate.fidelity < 1
+                             ? " at " + FidelityNameAt(study_, candidate.candidate.fidelity)
+                             : "";
   const bool best = progress.best == candidate.candidate.id;
   const int replicates = responses.counts.maxCoeff();
   status_.Line(fmt::format(
-      "{:3}/{} #{} {} -> {}{}{}", progress.done, progress.budget, candidate.candidate.id, point,
-      result,
+      "{:>3}/{} #{} {}{} -> {}{}{}", UsedText(progress), progress.budget, candidate.candidate.id,
+      point, at, result,
       replicates > study_.backend.replicates ? fmt::format(" over {} seeds", replicates) : "",
       best ? "  * best so far" : ""));
 }
@@ -99,7 +109,7 @@ void ProgressDisplay::OnTransfer(const LedgerCandidate& candidate, const Progres
 
 void ProgressDisplay::OnTick(const Progress& progress) {
   if (!status_.terminal()) return;
-  const int done = phase_ == Phase::calibration    ? progress.done
+  const int done = phase_ == Phase::calibration    ? static_cast<int>(progress.used)
                    : phase_ == Phase::confirmation ? progress.confirmation_done
                                                    : progress.transfer_done;
   const int all = phase_ == Phase::calibration    ? progress.budget

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "backends/registry.h"
@@ -247,7 +248,7 @@ void AddSimulate(CLI::App& program, int& status) {
   command
       ->add_option("--particle-seed", options->particle_seed,
                    "seed of the first replicate's particles; the next ones count up")
-      ->check(CLI::Range(std::int64_t{0}, std::int64_t{2'000'000'000}));
+      ->check(CLI::Range(std::int64_t{0}, std::int64_t{std::numeric_limits<std::int32_t>::max()}));
   command->add_option("--replicates", options->replicates, "number of particle seeds")
       ->check(CLI::Range(1, 1000));
   command->add_option("--out", options->folder, "keep the simulator's files in this folder")

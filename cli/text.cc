@@ -84,9 +84,10 @@ std::string AlignedTable(const std::vector<std::vector<std::string>>& rows) {
 std::string Summary(const StudyResults& results) {
   const std::string partly =
       results.partial > 0 ? fmt::format("{} partly failed, ", results.partial) : "";
-  std::string text =
-      fmt::format("{}: {} evaluations, {} ok, {}{} failed; {}\n", results.study, results.total,
-                  results.ok, partly, results.failed, results.stop_reason);
+  const std::string lower = LowerFidelityText(results);
+  std::string text = fmt::format("{}: {} evaluations{}, {} ok, {}{} failed; {}\n", results.study,
+                                 results.total, lower.empty() ? "" : " (" + lower + ")", results.ok,
+                                 partly, results.failed, results.stop_reason);
   if (results.best) {
     const EvaluationResult& best = results.history[*results.best];
     text += "best:\n";

@@ -46,6 +46,13 @@ Size SizeOf(Fidelity fidelity, double diameter) {
   return {7e-3, 48 * diameter};
 }
 
+// For particles that are squeezed out between the blade and its heap and shot up: as high as ten
+// times the blade's speed takes them. Faster ones are lost.
+double Headroom(double speed, double gravity) {
+  constexpr double kEjection = 10;
+  return kEjection * speed * kEjection * speed / (2 * gravity);
+}
+
 // Front and bottom face; the rest of a blade meets no powder.
 Mesh BladeMesh(double width, double gap, double thickness, double height) {
   Mesh mesh{.name = kBlade};
@@ -179,7 +186,7 @@ Program Spreading::Plan(const SimulatedPowder& powder, const Conditions& conditi
   const bool rough = plate_ == Plate::rough;
   const double floor = rough ? -plate_diameter : 0;
   program.domain = {{-(thickness + 3 * gap_), 0, floor - d},
-                    {sweep + 0.6 * heap_length, width, 3 * slab_height},
+                    {sweep + 0.6 * heap_length, width, 3 * slab_height + Headroom(speed, gravity)},
                     {Boundary::outflow, Boundary::periodic, Boundary::open}};
   program.walls = {{.name = kPlate, .position = floor}};
   if (sides_ == Sides::walls) EncloseBetweenWalls(1, &program);

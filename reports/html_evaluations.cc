@@ -86,6 +86,28 @@ std::string EvaluationRow(const StudyResults& results, const EvaluationResult& e
   return html + "</tr>\n";
 }
 
+std::string EvaluationTable(const StudyResults& results,
+                            const std::vector<EvaluationResult>& evaluations, std::string_view id) {
+  const std::vector<ResponseResult> targets = TargetResponses(results);
+  std::string html = fmt::format(
+      "<div class=\"scroll\"><table class=\"sortable\" id=\"{}\"><thead><tr>"
+      "<th class=\"number\" aria-sort=\"ascending\">#</th>",
+      id);
+  for (const Parameter& parameter : results.parameters) {
+    html += Header(SymbolHtml(parameter.symbol), true, parameter.unit);
+  }
+  for (const ResponseResult& target : targets) {
+    html += Header(H(ReadableName(target.name)), true, DisplayUnitOf(target.unit).name);
+  }
+  html += Header("χ²", true) + Header("outcome", false) + Header("proposed by", false) +
+          Header("wall (s)", true) + Header("message", false) + "</tr></thead><tbody>\n";
+  for (const EvaluationResult& evaluation : evaluations) {
+    const bool best = &evaluation == BestEvaluation(results);
+    html += EvaluationRow(results, evaluation, targets.size(), best);
+  }
+  return html + "</tbody></table></div>\n";
+}
+
 std::string RunRow(std::int64_t evaluation, const RunResult& run) {
   std::string row = run.reason == "ok" ? "<tr>" : "<tr class=\"failed\">";
   row +=
@@ -166,6 +188,9 @@ std::string RunsTable(const StudyResults& results) {
     count += static_cast<int>(runs.size());
   };
   for (const EvaluationResult& evaluation : results.history) add(evaluation, evaluation.runs);
+  for (const EvaluationResult& evaluation : results.lower_fidelity) {
+    add(evaluation, evaluation.runs);
+  }
   if (const EvaluationResult* best = BestEvaluation(results)) {
     for (const ConfirmationResult& confirmation : results.confirmations) {
       add(*best, confirmation.runs);
@@ -233,26 +258,20 @@ std::string ParetoSection(const StudyResults& results, const std::vector<Figure>
 
 std::string EvaluationsSection(const StudyResults& results) {
   std::string html = "<section><h2>Evaluations</h2>\n";
-  if (results.history.empty()) {
+  if (results.history.empty() && results.lower_fidelity.empty()) {
     return html + "<p class=\"muted\">No evaluation has ended yet.</p></section>\n";
   }
-  const std::vector<ResponseResult> targets = TargetResponses(results);
-  html +=
-      "<div class=\"scroll\"><table class=\"sortable\" id=\"evaluations\"><thead><tr>"
-      "<th class=\"number\" aria-sort=\"ascending\">#</th>";
-  for (const Parameter& parameter : results.parameters) {
-    html += Header(SymbolHtml(parameter.symbol), true, parameter.unit);
+  html += EvaluationTable(results, results.history, "evaluations");
+  html += "<p class=\"muted small\">Click a column's head to sort.</p>\n";
+  if (!results.lower_fidelity.empty()) {
+    html += fmt::format(
+        "<details><summary>{} at a lower fidelity, from which the optimizer learnt</summary>\n"
+        "<p class=\"muted small\">Smaller simulations of the same experiments. They are not "
+        "ranked, "
+        "and nothing else in this report rests on them.</p>\n{}</details>\n",
+        CountText(static_cast<int>(results.lower_fidelity.size()), "evaluation"),
+        EvaluationTable(results, results.lower_fidelity, "lower_fidelity"));
   }
-  for (const ResponseResult& target : targets) {
-    html += Header(H(ReadableName(target.name)), true, DisplayUnitOf(target.unit).name);
-  }
-  html += Header("χ²", true) + Header("outcome", false) + Header("proposed by", false) +
-          Header("wall (s)", true) + Header("message", false) + "</tr></thead><tbody>\n";
-  for (std::size_t i = 0; i < results.history.size(); ++i) {
-    const bool best = results.best && *results.best == i;
-    html += EvaluationRow(results, results.history[i], targets.size(), best);
-  }
-  html += "</tbody></table></div>\n<p class=\"muted small\">Click a column's head to sort.</p>\n";
   html += RunsTable(results);
   if (const EvaluationResult* best = BestEvaluation(results)) {
     std::vector<RunResult> runs = best->runs;

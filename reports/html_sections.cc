@@ -271,7 +271,7 @@ std::string FailuresText(const StudyResults& results) {
   if (results.failed + results.partial == 0) return "none failed";
   std::map<std::string, int> whole;
   std::map<std::string, int> partly;
-  for (const EvaluationResult& evaluation : results.history) {
+  const auto add = [&](const EvaluationResult& evaluation) {
     if (evaluation.outcome == kPartial) {
       for (const ExperimentFailure& failure : evaluation.failures) {
         ++partly[ReadableName(failure.experiment) + ": " + ReadableName(failure.reason)];
@@ -279,7 +279,9 @@ std::string FailuresText(const StudyResults& results) {
     } else if (evaluation.outcome != "ok") {
       ++whole[ReadableName(evaluation.outcome)];
     }
-  }
+  };
+  std::for_each(results.history.begin(), results.history.end(), add);
+  std::for_each(results.lower_fidelity.begin(), results.lower_fidelity.end(), add);
   const auto describe = [](int count, const char* what, const std::map<std::string, int>& reasons) {
     std::vector<std::string> list;
     for (const auto& [reason, times] : reasons) list.push_back(fmt::format("{} {}", times, reason));
@@ -328,11 +330,15 @@ std::string HowCard(const StudyResults& results) {
     }
   };
   for (const EvaluationResult& evaluation : results.history) count(evaluation.runs);
+  for (const EvaluationResult& evaluation : results.lower_fidelity) count(evaluation.runs);
   for (const ConfirmationResult& confirmation : results.confirmations) count(confirmation.runs);
   if (results.approximation_effect) count(results.approximation_effect->runs);
   count(results.transfer.runs);
   std::string evaluations = fmt::format("<strong>{}</strong>: {} ok, {}", results.total, results.ok,
                                         FailuresText(results));
+  if (const std::string lower = LowerFidelityText(results); !lower.empty()) {
+    evaluations += "; " + H(lower);
+  }
   if (results.cached > 0)
     evaluations += fmt::format("; {} answered from the ledger", results.cached);
   std::string html = "<section class=\"card how\"><h3>How it was found</h3>\n<dl>\n";

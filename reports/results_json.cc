@@ -163,6 +163,7 @@ json HistoryEntry(const StudyResults& results, const EvaluationResult& evaluatio
   json entry = {{"evaluation", evaluation.id},
                 {"parameters", Values(results.parameters, evaluation.parameters)},
                 {"origin", evaluation.origin},
+                {"fidelity", evaluation.fidelity},
                 {"outcome", evaluation.outcome},
                 {"responses", std::move(responses)},
                 {"chi2", Number(evaluation.chi2)},
@@ -288,8 +289,9 @@ json ResultsToJson(const StudyResults& results) {
   json history = json::array();
   json failures = json::array();
   json runs = json::array();
-  for (const EvaluationResult& evaluation : results.history) {
-    history.push_back(HistoryEntry(results, evaluation));
+  json lower_fidelity = json::array();
+  const auto add = [&](const EvaluationResult& evaluation, json& list) {
+    list.push_back(HistoryEntry(results, evaluation));
     if (evaluation.outcome != "ok") {
       failures.push_back({{"evaluation", evaluation.id},
                           {"outcome", evaluation.outcome},
@@ -297,6 +299,10 @@ json ResultsToJson(const StudyResults& results) {
                           {"experiments", Failures(evaluation.failures)}});
     }
     for (const RunResult& run : evaluation.runs) runs.push_back(RunEntry(evaluation, run));
+  };
+  for (const EvaluationResult& evaluation : results.history) add(evaluation, history);
+  for (const EvaluationResult& evaluation : results.lower_fidelity) {
+    add(evaluation, lower_fidelity);
   }
   if (best != nullptr) {
     for (const ConfirmationResult& confirmation : results.confirmations) {
@@ -334,6 +340,7 @@ json ResultsToJson(const StudyResults& results) {
        results.approximation_effect ? Effect(*results.approximation_effect) : json(nullptr)},
       {"pareto", Pareto(results)},
       {"history", std::move(history)},
+      {"lower_fidelity", std::move(lower_fidelity)},
       {"failures", std::move(failures)},
       {"runs", std::move(runs)},
       {"pi_groups", PiGroupsToJson(results.scaling_tables)},

@@ -404,6 +404,18 @@ std::string FidelityText(const StudyResults& results) {
   return text;
 }
 
+std::string LowerFidelityText(const StudyResults& results) {
+  if (results.lower_fidelity.empty()) return "";
+  std::vector<std::string> names;
+  for (const EvaluationResult& evaluation : results.lower_fidelity) {
+    if (std::find(names.begin(), names.end(), evaluation.fidelity) == names.end()) {
+      names.push_back(evaluation.fidelity);
+    }
+  }
+  return fmt::format("{} of them at a lower fidelity ({}): learnt from, not ranked",
+                     results.lower_fidelity.size(), JoinNames(names));
+}
+
 const EvaluationResult* BestEvaluation(const StudyResults& results) {
   if (!results.best || *results.best >= results.history.size()) return nullptr;
   return &results.history[*results.best];

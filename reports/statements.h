@@ -56,6 +56,9 @@ std::vector<std::string> ApproximationStatements(const StudyResults& results);
 /// "quick", "quick; shear: standard".
 std::string FidelityText(const StudyResults& results);
 
+/// "12 of them at a lower fidelity (quick): learnt from, not ranked", or "".
+std::string LowerFidelityText(const StudyResults& results);
+
 /// The best evaluation, or nullptr.
 const EvaluationResult* BestEvaluation(const StudyResults& results);
 

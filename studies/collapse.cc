@@ -87,13 +87,13 @@ void FitLine(const std::vector<std::pair<double, double>>& xy, GroupTrend* trend
 
 Collapse::Collapse(const Study& study, CollapseOptions options)
     : study_(study), options_(std::move(options)) {
-  std::set<double> moduli;
   for (const double kappa : options_.kappas) {
     auto scaling = MakeScaling("rigid_limit");
     ReadYaml(fmt::format("scaling: {{mode: rigid_limit, kappa: {}}}", kappa), "",
              [&](Archive& archive) { SerializeScaling(archive, scaling); });
+    const std::size_t first = points_.size();
     AddPoints("rigid_limit", std::move(scaling));
-    moduli.insert(points_.back().young_modulus);
+    for (std::size_t i = first; i < points_.size(); ++i) points_[i].kappa_floor = kappa;
   }
   AddPoints(study.scaling->name() + " (this study)", *study.scaling);
   const double own = points_.back().young_modulus;
@@ -205,10 +205,7 @@ std::vector<Plateau> FindPlateaus(const Study& study, const std::vector<Collapse
       if (point.mode != "rigid_limit" || point.experiment != experiment || values == nullptr) {
         continue;
       }
-      // An experiment without a stress takes the study's stiffness; E orders it as well.
-      const auto kappa = point.groups.find("kappa");
-      levels.push_back({kappa == point.groups.end() ? point.young_modulus : kappa->second,
-                        Mean(*values), static_cast<double>(values->size())});
+      levels.push_back({point.kappa_floor, Mean(*values), static_cast<double>(values->size())});
     }
     if (levels.size() < 2) continue;
     std::sort(levels.begin(), levels.end(),

@@ -21,6 +21,7 @@ struct CollapseOptions {
 struct CollapsePoint {
   std::string mode;  ///< "rigid_limit", "sigma_over_e", the study's own
   std::size_t experiment = 0;
+  double kappa_floor = 0;                ///< of "rigid_limit", under the study's largest stress
   double young_modulus = 0;              ///< [Pa]
   std::map<std::string, double> groups;  ///< of the simulation
   std::vector<PlannedRun> runs;

@@ -15,7 +15,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr int kSchema = 1;
+constexpr int kSchema = 2;                  // 1: without candidates.fidelity
 constexpr int kApplicationId = 0x70646361;  // marks the file as a powdercal ledger
 
 constexpr const char* kCreate = R"(
@@ -29,7 +29,7 @@ CREATE TABLE runs (
   ended TEXT NOT NULL DEFAULT (strftime('%Y-%m-%dT%H:%M:%SZ')));
 CREATE TABLE candidates (
   id INTEGER PRIMARY KEY, point TEXT NOT NULL, parameters TEXT NOT NULL, origin TEXT NOT NULL,
-  cached_runs INTEGER NOT NULL DEFAULT 0);
+  cached_runs INTEGER NOT NULL DEFAULT 0, fidelity REAL NOT NULL DEFAULT 1);
 CREATE TABLE candidate_runs (
   candidate INTEGER NOT NULL REFERENCES candidates(id), run INTEGER NOT NULL REFERENCES runs(id),
   replicate INTEGER NOT NULL, UNIQUE (candidate, run));
@@ -101,7 +101,8 @@ json ToJson(const Observation& o) {
           {"responses", ToJson(o.responses)},
           {"variances", ToJson(o.variances)},
           {"failed", o.failed},
-          {"failure", o.failure}};
+          {"failure", o.failure},
+          {"fidelity", o.fidelity}};
 }
 
 Observation ObservationFromJson(const json& value) {
@@ -110,7 +111,8 @@ Observation ObservationFromJson(const json& value) {
           .responses = VectorFromJson(value.at("responses")),
           .variances = VectorFromJson(value.at("variances")),
           .failed = value.at("failed"),
-          .failure = value.at("failure")};
+          .failure = value.at("failure"),
+          .fidelity = NumberOr(value, "fidelity", 1)};
 }
 
 Reason ReasonFromName(const std::string& name) {
@@ -175,10 +177,10 @@ Ledger::Ledger(const std::filesystem::path& file, Mode mode) {
     if (database_->execAndGet("PRAGMA application_id").getInt() != kApplicationId) {
       throw InputError("not a powdercal ledger", {.location = {file.string()}});
     }
-    const int schema = database_->execAndGet("PRAGMA user_version").getInt();
-    if (schema != kSchema) {
+    schema_ = database_->execAndGet("PRAGMA user_version").getInt();
+    if (schema_ < 1 || schema_ > kSchema) {
       throw InputError(
-          fmt::format("the ledger has schema {}, this program knows {}", schema, kSchema),
+          fmt::format("the ledger has schema {}, this program knows 1 to {}", schema_, kSchema),
           {.location = {file.string()}});
     }
     // A damaged ledger is found here rather than in the middle of a study; it takes milliseconds.
@@ -190,6 +192,7 @@ Ledger::Ledger(const std::filesystem::path& file, Mode mode) {
     // FULL: a commit survives a power cut, not only the death of the process.
     database_->exec("PRAGMA synchronous = FULL");
     database_->exec("PRAGMA foreign_keys = ON");
+    if (schema_ == 1 && mode == Mode::read_write) Upgrade();
   } catch (const SQLite::Exception& error) {
     throw InputError(fmt::format("cannot open the ledger: {}", error.what()),
                      {.location = {file.string()}});
@@ -197,6 +200,14 @@ Ledger::Ledger(const std::filesystem::path& file, Mode mode) {
 }
 
 Ledger::~Ledger() = default;
+
+void Ledger::Upgrade() {
+  SQLite::Transaction transaction(*database_);
+  database_->exec("ALTER TABLE candidates ADD COLUMN fidelity REAL NOT NULL DEFAULT 1");
+  database_->exec(fmt::format("PRAGMA user_version = {}", kSchema));
+  transaction.commit();
+  schema_ = kSchema;
+}
 
 bool Ledger::IsBlank(const std::filesystem::path& file) {
   try {
@@ -280,12 +291,14 @@ void Ledger::AddAsk(int max_count, const std::vector<LedgerCandidate>& candidate
   SQLite::Transaction transaction(*database_);
   json ids = json::array();
   for (const LedgerCandidate& entry : candidates) {
-    SQLite::Statement insert(
-        *database_, "INSERT INTO candidates (id, point, parameters, origin) VALUES (?, ?, ?, ?)");
+    SQLite::Statement insert(*database_,
+                             "INSERT INTO candidates (id, point, parameters, origin, fidelity) "
+                             "VALUES (?, ?, ?, ?, ?)");
     insert.bind(1, entry.candidate.id);
     insert.bind(2, ToJson(entry.candidate.point).dump());
     insert.bind(3, json(entry.parameters).dump());
     insert.bind(4, entry.candidate.origin);
+    insert.bind(5, entry.candidate.fidelity);
     insert.exec();
     ids.push_back(entry.candidate.id);
   }
@@ -307,7 +320,10 @@ void Ledger::AddTell(const Observation& observation, int replicates) {
 std::vector<LedgerCandidate> Ledger::Candidates() const {
   std::vector<LedgerCandidate> list;
   SQLite::Statement query(
-      *database_, "SELECT id, point, parameters, origin, cached_runs FROM candidates ORDER BY id");
+      *database_,
+      fmt::format(
+          "SELECT id, point, parameters, origin, cached_runs, {} FROM candidates ORDER BY id",
+          schema_ == 1 ? "1" : "fidelity"));
   while (query.executeStep()) {
     LedgerCandidate entry;
     entry.candidate.id = query.getColumn(0).getInt64();
@@ -315,6 +331,7 @@ std::vector<LedgerCandidate> Ledger::Candidates() const {
     entry.parameters = json::parse(query.getColumn(2).getString()).get<std::vector<double>>();
     entry.candidate.origin = query.getColumn(3).getString();
     entry.cached_runs = query.getColumn(4).getInt();
+    entry.candidate.fidelity = query.getColumn(5).getDouble();
     list.push_back(std::move(entry));
   }
   SQLite::Statement links(

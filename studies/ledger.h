@@ -62,8 +62,9 @@ class Ledger {
  public:
   enum class Mode { read_only, read_write };
 
-  /// Opens or creates (read_write only). Throws InputError if the file is not a ledger, is damaged,
-  /// or has a schema that this program does not know.
+  /// Opens or creates (read_write only). A ledger of an earlier schema is upgraded when it is
+  /// opened for writing, and read as it is otherwise. Throws InputError if the file is not a
+  /// ledger, is damaged, or has a schema that this program does not know.
   Ledger(const std::filesystem::path& file, Mode mode);
   ~Ledger();
 
@@ -103,7 +104,10 @@ class Ledger {
   Times TotalTimes() const;
 
  private:
+  void Upgrade();
+
   std::unique_ptr<SQLite::Database> database_;
+  int schema_ = 0;
 };
 
 }  // namespace powdercal

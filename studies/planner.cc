@@ -44,6 +44,8 @@ Planner::Planner(const Study& study)
 Planner::Planner(const Study& study, const Scaling& scaling)
     : Planner(study, scaling, *study.backend.backend, Law::simulated) {}
 
+Planner::Planner(const Study& study, Fidelity limit) : Planner(study) { limit_ = limit; }
+
 Planner::Planner(const Study& study, const Backend& backend, Law law)
     : Planner(study, *study.scaling, backend, law) {}
 
@@ -59,6 +61,11 @@ Planner::Planner(const Study& study, const Scaling& scaling, const Backend& back
   }
 }
 
+Fidelity Planner::FidelityOf(std::size_t experiment) const {
+  const Fidelity own = study_.FidelityOf(experiment);
+  return limit_ ? std::min(own, *limit_) : own;
+}
+
 Conditions Planner::Laboratory(std::size_t experiment) const {
   const PowderSpecification& powder = study_.powder;
   Conditions conditions{.study_stress = largest_stress_,
@@ -72,8 +79,7 @@ Conditions Planner::Laboratory(std::size_t experiment) const {
                         .friction = powder.particle_friction,
                         .wall_friction = powder.wall_friction,
                         .law_of_cohesion = LawOf(study_.law)};
-  study_.experiments[experiment].experiment->DescribeConditions(study_.FidelityOf(experiment),
-                                                                conditions);
+  study_.experiments[experiment].experiment->DescribeConditions(FidelityOf(experiment), conditions);
   return conditions;
 }
 
@@ -100,8 +106,8 @@ Conditions Planner::Simulation(std::size_t experiment,
   const Materials& materials = powder.materials;
   simulation.rayleigh_time = RayleighTime(powder.sizes.Quantile(0) / 2, materials.density,
                                           materials.young_modulus, materials.poisson_ratio);
-  study_.experiments[experiment].experiment->DescribeSimulation(
-      powder, study_.FidelityOf(experiment), simulation);
+  study_.experiments[experiment].experiment->DescribeSimulation(powder, FidelityOf(experiment),
+                                                                simulation);
   return simulation;
 }
 
@@ -155,7 +161,7 @@ PlannedRun Planner::PlanExperiment(std::size_t experiment, const std::vector<dou
   PlannedRun run{.experiment = experiment, .replicate = replicate};
   run.seed = seed.value_or(ParticleSeed(study_, parameters, replicate));
   run.program = test.Plan(MakePowder(simulation, parameters), simulation, study_.numerics,
-                          study_.FidelityOf(experiment), run.seed);
+                          FidelityOf(experiment), run.seed);
   run.program.experiment = test.name();
   for (std::size_t p = 0; p < parameters.size(); ++p) {
     run.program.parameters[study_.space.parameters[p].name] = parameters[p];

@@ -36,6 +36,8 @@ class Planner {
   Planner(const Study& study, const Scaling& scaling);
   /// Whether programs have the law with the study's approximations, or the one that these replace.
   enum class Law { simulated, exact };
+  /// Plans no experiment at a fidelity above this one.
+  Planner(const Study& study, Fidelity limit);
   /// For another simulator than the study's own, which must outlive the planner as well;
   /// Prepare()d.
   Planner(const Study& study, const Backend& backend, Law law = Law::simulated);
@@ -105,6 +107,8 @@ class Planner {
   };
   /// `evaluate_also`: experiments that the best point is evaluated on at the end.
   Cost EstimateCost(const std::vector<std::size_t>& evaluate_also = {}) const;
+  ExperimentCost CostOf(std::size_t experiment, int runs) const;
+  Fidelity FidelityOf(std::size_t experiment) const;
 
   const Study& study() const { return study_; }
   const Scaling& scaling() const { return scaling_; }
@@ -116,13 +120,13 @@ class Planner {
   Planner(const Study& study, const Scaling& scaling, const Backend& backend, Law law);
   SimulatedPowder MakePowder(const Conditions& simulation,
                              const std::vector<double>& parameters) const;
-  ExperimentCost CostOf(std::size_t experiment, int runs) const;
   std::string ExplainBackend(std::size_t experiment) const;
 
   const Study& study_;
   const Scaling& scaling_;
   const Backend& backend_;
   Law law_;
+  std::optional<Fidelity> limit_;
   Availability availability_;
   std::optional<double> largest_stress_;  // [Pa] of all experiments of the study
 };

@@ -8,6 +8,7 @@
 
 #include "core/quantity.h"
 #include "studies/evaluation.h"
+#include "studies/fidelities.h"
 #include "studies/ranking.h"
 #include "studies/runner.h"
 
@@ -104,7 +105,9 @@ std::string DescribeFailures(const std::vector<ExperimentFailure>& failures, boo
 
 EvaluationResult MakeEvaluation(const Study& study, const Objectives& objectives,
                                 const ToldPoint& point, const Eigen::VectorXd& pooled) {
-  EvaluationResult result{.id = point.entry.candidate.id, .origin = point.entry.candidate.origin};
+  EvaluationResult result{.id = point.entry.candidate.id,
+                          .origin = point.entry.candidate.origin,
+                          .fidelity = FidelityNameAt(study, point.entry.candidate.fidelity)};
   for (std::size_t i = 0; i < point.entry.parameters.size(); ++i) {
     result.parameters[study.space.parameters[i].name] = point.entry.parameters[i];
   }
@@ -319,6 +322,39 @@ void AddApproximationEffect(const Planner& planner, const std::vector<double>& p
   results.approximation_effect = std::move(effect);
 }
 
+void Count(const ToldPoint& point, const EvaluationResult& evaluation, StudyResults& results) {
+  const auto run_count = point.runs.size();
+  if (run_count > 0 && static_cast<std::size_t>(point.entry.cached_runs) >= run_count) {
+    ++results.cached;
+  }
+  ++results.total;
+  ++(evaluation.chi2                  ? results.ok
+     : evaluation.outcome == kPartial ? results.partial
+                                      : results.failed);
+}
+
+// Takes the points below the study's own fidelity out of `points`.
+void AddLowerFidelities(const Study& study, const Objectives& objectives,
+                        std::vector<ToldPoint>& points, StudyResults& results) {
+  const auto target_count = static_cast<int>(objectives.targets.size());
+  for (const double s : LowerFidelityCoordinates(study)) {
+    std::vector<ReducedResponses> reduced;
+    for (const ToldPoint& point : points) {
+      if (point.entry.candidate.fidelity == s) reduced.push_back(point.reduced);
+    }
+    const Eigen::VectorXd pooled = PooledSeedVariance(reduced, target_count);
+    for (const ToldPoint& point : points) {
+      if (point.entry.candidate.fidelity != s) continue;
+      EvaluationResult evaluation = MakeEvaluation(study, objectives, point, pooled);
+      Count(point, evaluation, results);
+      results.lower_fidelity.push_back(std::move(evaluation));
+    }
+  }
+  std::sort(results.lower_fidelity.begin(), results.lower_fidelity.end(),
+            [](const EvaluationResult& a, const EvaluationResult& b) { return a.id < b.id; });
+  std::erase_if(points, [](const ToldPoint& point) { return point.entry.candidate.fidelity < 1; });
+}
+
 void AddHistory(const Study& study, const Planner& planner, const Ledger& ledger,
                 StudyResults& results) {
   const Objectives objectives = study.MakeObjectives();
@@ -328,8 +364,8 @@ void AddHistory(const Study& study, const Planner& planner, const Ledger& ledger
         study.backend.backend->simulates() ? run.diagnostics.wall_seconds : 0;
     runs.emplace(run.id, std::move(run));
   }
-  const std::vector<ToldPoint> points =
-      CollectPoints(ledger, objectives, runs, planner.backend().name());
+  std::vector<ToldPoint> points = CollectPoints(ledger, objectives, runs, planner.backend().name());
+  AddLowerFidelities(study, objectives, points, results);
   std::vector<ReducedResponses> reduced;
   for (const ToldPoint& point : points) reduced.push_back(point.reduced);
   const Eigen::VectorXd pooled =
@@ -350,14 +386,7 @@ void AddHistory(const Study& study, const Planner& planner, const Ledger& ledger
                                  ? evaluation.chi2
                                  : results.history[*results.best].chi2;
     }
-    const auto run_count = point.runs.size();
-    if (run_count > 0 && static_cast<std::size_t>(point.entry.cached_runs) >= run_count) {
-      ++results.cached;
-    }
-    ++results.total;
-    ++(evaluation.chi2                  ? results.ok
-       : evaluation.outcome == kPartial ? results.partial
-                                        : results.failed);
+    Count(point, evaluation, results);
     results.history.push_back(std::move(evaluation));
   }
   AddPareto(objectives, reduced, pooled, results);

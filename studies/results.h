@@ -67,6 +67,7 @@ struct EvaluationResult {
   std::int64_t id = 0;
   std::map<std::string, double> parameters;  ///< SI; indices of categories
   std::string origin;                        ///< "initial design: corner 3"
+  std::string fidelity;                      ///< that it was asked for at, "quick"
   std::string outcome;                       ///< "ok", kPartial, or the reason code of its failure
   std::string message;                       ///< of what failed
   std::vector<ExperimentFailure> failures;   ///< empty when ok
@@ -162,14 +163,17 @@ struct StudyResults {
   bool converged = false;   ///< every response with a tolerance is within it at the best point
   std::vector<std::string> warnings;
 
-  int total = 0;  ///< evaluations asked for and ended
+  int total = 0;  ///< evaluations asked for and ended, at whatever fidelity
   int ok = 0;
-  int partial = 0;                  ///< some experiments gave values, others failed
-  int failed = 0;                   ///< no experiment gave a value
-  int cached = 0;                   ///< evaluations served from the ledger without a new run
-  std::optional<std::size_t> best;  ///< index into history
-  std::vector<std::size_t> pareto;  ///< the front (ParetoFront), into history; empty: joint
-  std::vector<EvaluationResult> history;
+  int partial = 0;                        ///< some experiments gave values, others failed
+  int failed = 0;                         ///< no experiment gave a value
+  int cached = 0;                         ///< evaluations served from the ledger without a new run
+  std::optional<std::size_t> best;        ///< index into history
+  std::vector<std::size_t> pareto;        ///< the front (ParetoFront), into history; empty: joint
+  std::vector<EvaluationResult> history;  ///< at the study's own fidelity
+  /// What the optimizer learnt from besides: evaluations at `backend.lower_fidelities`. They are
+  /// ranked nowhere, and are no part of anything that is said of the powder.
+  std::vector<EvaluationResult> lower_fidelity;
   std::vector<ConfirmationResult> confirmations;  ///< on the backends of `confirm_with`, in order
   TransferResult transfer;
   std::vector<ScalingTable> scaling_tables;

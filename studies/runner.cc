@@ -28,7 +28,7 @@ StudyRunner::StudyRunner(Study& study, Options options)
       options_(std::move(options)),
       objectives_(study.MakeObjectives()),
       planner_(study),
-      optimizer_(study.optimizer->Make(study.space, objectives_, study.seed)) {
+      fidelities_(study, planner_) {
   start_ = Clock::now();
   const Availability& availability = planner_.availability();
   if (!availability.available) {
@@ -38,6 +38,8 @@ StudyRunner::StudyRunner(Study& study, Options options)
   std::string reason = planner_.ExplainUnsupported();
   if (reason.empty()) reason = planner_.ExplainUnsupported(options_.evaluate_also);
   if (!reason.empty()) throw InputError(reason, {.location = {study.file}});
+  if (fidelities_.several()) *study.optimizer->fidelities() = fidelities_.levels();
+  optimizer_ = study.optimizer->Make(study.space, objectives_, study.seed);
   cost_ = planner_.EstimateCost(options_.evaluate_also);
   PlanOthers();
   directory_ = std::make_unique<RunDirectory>(options_.folder, study.Fingerprint(), study.ToYaml(),
@@ -182,6 +184,7 @@ void StudyRunner::Replay() {
       AddReplicates(point, event.replicates);
       if (point.told_replicates == 0) {
         ++told_;
+        told_cost_ += fidelities_.CostAt(point.entry.candidate.fidelity);
         if (event.observation->failed) ++failed_;
       }
       const bool first = point.told_replicates == 0;
@@ -194,12 +197,13 @@ void StudyRunner::Replay() {
       continue;
     }
     const std::vector<Candidate> again = optimizer_->Ask(event.max_count);
-    const bool same =
-        again.size() == event.candidates.size() &&
-        std::equal(again.begin(), again.end(), event.candidates.begin(),
-                   [&](const Candidate& candidate, std::int64_t id) {
-                     return candidate.id == id && candidate.point == stored.at(id).candidate.point;
-                   });
+    const bool same = again.size() == event.candidates.size() &&
+                      std::equal(again.begin(), again.end(), event.candidates.begin(),
+                                 [&](const Candidate& candidate, std::int64_t id) {
+                                   const Candidate& known = stored.at(id).candidate;
+                                   return candidate.id == id && candidate.point == known.point &&
+                                          candidate.fidelity == known.fidelity;
+                                 });
     if (!same) {
       throw InputError(
           "the optimizer no longer asks for the points that the ledger holds (another version of "
@@ -214,7 +218,7 @@ void StudyRunner::Replay() {
 void StudyRunner::Register(const LedgerCandidate& candidate) {
   Point& point = points_[candidate.candidate.id];
   point.entry = candidate;
-  ++asked_;
+  asked_ += fidelities_.CostAt(candidate.candidate.fidelity);
   awaiting_tell_.push_back(candidate.candidate.id);
   AddReplicates(point, study_.backend.replicates);
 }
@@ -222,23 +226,29 @@ void StudyRunner::Register(const LedgerCandidate& candidate) {
 // Plans the replicates up to `count`; those that the ledger holds are served from it.
 void StudyRunner::AddReplicates(Point& point, int count) {
   const std::int64_t id = point.entry.candidate.id;
+  const Planner& planner = fidelities_.PlannerAt(point.entry.candidate.fidelity);
   for (; point.replicates < count; ++point.replicates) {
-    for (PlannedRun& planned : planner_.Plan(point.entry.parameters, point.replicates)) {
+    for (PlannedRun& planned : planner.Plan(point.entry.parameters, point.replicates)) {
       Point::Slot slot{.replicate = planned.replicate, .key = planned.key};
       if (const auto known = ledger_->FindRun(planned.key)) {
         slot.run = known->id;
         runs_.insert_or_assign(known->id, *known);
         ledger_->AttachRun(known->id, id, planned.replicate);
       } else {
-        queue_.push_back({id, std::move(planned), &planner_});
+        queue_.push_back({id, std::move(planned), &planner});
       }
       point.slots.push_back(std::move(slot));
     }
   }
 }
 
+bool StudyRunner::BudgetUsed() const {
+  constexpr double kRounding = 1e-9;  // of a sum of costs
+  return asked_ >= study_.budget.evaluations - kRounding;
+}
+
 bool StudyRunner::MayAsk() const {
-  if (!stop_reason_.empty() || asked_ >= study_.budget.evaluations) return false;
+  if (!stop_reason_.empty() || BudgetUsed()) return false;
   if (optimizer_->status().phase != Status::Phase::ready) return false;
   if (!study_.budget.deterministic) return true;
   const int runs_per_point =
@@ -303,7 +313,8 @@ bool StudyRunner::Submit() {
   const std::int64_t ticket = next_ticket_++;
   std::string name =
       fmt::format("{:04}-{}-{}", job.candidate, job.run.program.experiment, job.run.replicate);
-  if (job.planner != &planner_) name += "-" + job.planner->backend().name();
+  const std::string& backend = job.planner->backend().name();
+  if (backend != planner_.backend().name()) name += "-" + backend;
   if (job.planner->law() == Planner::Law::exact) name += "-exact";
   RunContext context{.work_folder = directory_->work_folder(name),
                      .keep_files = study_.budget.keep_files};
@@ -381,16 +392,19 @@ void StudyRunner::Tell(Point& point) {
   for (const ExperimentFailure& failure : failures) {
     reasons.push_back(failure.experiment + " " + failure.reason);
   }
-  const Observation observation{.id = point.entry.candidate.id,
-                                .point = point.entry.candidate.point,
-                                .responses = point.told.means,
-                                .variances = VarianceOfMeans(point.told, Pooled()),
-                                .failed = point.told.failed(),
-                                .failure = JoinNames(reasons)};
+  const Observation observation{
+      .id = point.entry.candidate.id,
+      .point = point.entry.candidate.point,
+      .responses = point.told.means,
+      .variances = VarianceOfMeans(point.told, Pooled(point.entry.candidate.fidelity)),
+      .failed = point.told.failed(),
+      .failure = JoinNames(reasons),
+      .fidelity = point.entry.candidate.fidelity};
   ledger_->AddTell(observation, point.replicates);
   optimizer_->Tell(std::span(&observation, 1));
   if (first) {
     ++told_;
+    told_cost_ += fidelities_.CostAt(point.entry.candidate.fidelity);
     if (point.told.failed()) ++failed_;
     if (point.told.partial()) ++partial_;
   }
@@ -416,7 +430,7 @@ void StudyRunner::Decide() {
     return;
   }
   const Status status = optimizer_->status();
-  const bool budget_used = asked_ >= study_.budget.evaluations;
+  const bool budget_used = BudgetUsed();
   const bool exhausted = budget_used || status.phase == Status::Phase::finished;
   const bool idle = awaiting_tell_.empty();
   if (best != nullptr && !confirmed && (promising || (exhausted && idle))) {
@@ -450,7 +464,7 @@ StudyRunner::Point* StudyRunner::Incumbent() {
   std::vector<Eigen::VectorXd> coordinates;
   std::vector<ReducedResponses> reduced;
   for (auto& [id, point] : points_) {
-    if (point.told_replicates == 0) continue;
+    if (point.told_replicates == 0 || point.entry.candidate.fidelity < 1) continue;
     told.push_back(&point);
     coordinates.push_back(point.entry.candidate.point);
     reduced.push_back(point.told);
@@ -472,10 +486,11 @@ std::vector<const LedgerRun*> StudyRunner::RunsOf(const Point& point, int replic
   return runs;
 }
 
-Eigen::VectorXd StudyRunner::Pooled() const {
+Eigen::VectorXd StudyRunner::Pooled(double fidelity) const {
   std::vector<ReducedResponses> told;
   for (const auto& [id, point] : points_) {
-    if (point.told_replicates > 0) told.push_back(point.told);
+    if (point.told_replicates == 0 || point.entry.candidate.fidelity != fidelity) continue;
+    told.push_back(point.told);
   }
   return PooledSeedVariance(told, static_cast<int>(objectives_.targets.size()));
 }
@@ -484,6 +499,7 @@ double StudyRunner::Elapsed() const { return earlier_.wall + Seconds(Clock::now(
 
 Progress StudyRunner::CurrentProgress() {
   Progress progress{.done = told_,
+                    .used = told_cost_,
                     .budget = study_.budget.evaluations,
                     .failed = failed_,
                     .partial = partial_,
@@ -506,8 +522,8 @@ Progress StudyRunner::CurrentProgress() {
   return progress;
 }
 
-// Wall clock of one run of each experiment on a backend: the mean of those that have ended, else
-// what was expected of it.
+// Wall clock of one run of each experiment on a backend, at the study's fidelity: the mean of those
+// that have ended, else what was expected of it.
 std::vector<double> StudyRunner::SecondsPerRun(
     const std::string& backend, const std::vector<Planner::ExperimentCost>& expected) const {
   std::vector<double> seconds(study_.experiments.size());
@@ -516,7 +532,10 @@ std::vector<double> StudyRunner::SecondsPerRun(
     double sum = 0;
     int count = 0;
     for (const auto& [id, run] : runs_) {
-      if (run.experiment != study_.experiments[i].name() || run.backend != backend) continue;
+      if (run.experiment != study_.experiments[i].name() || run.backend != backend ||
+          run.fidelity != FidelityNames()[static_cast<std::size_t>(study_.FidelityOf(i))]) {
+        continue;
+      }
       sum += run.total_seconds;
       ++count;
     }
@@ -527,7 +546,7 @@ std::vector<double> StudyRunner::SecondsPerRun(
 
 double StudyRunner::SecondsLeft() const {
   const std::vector<double> seconds = SecondsPerRun(planner_.backend().name(), cost_.experiments);
-  const int points = std::max(0, study_.budget.evaluations - told_);
+  const double points = std::max(0.0, study_.budget.evaluations - told_cost_);
   const int confirm = study_.backend.confirm_replicates - study_.backend.replicates;
   double left = 0;
   if (!ended_) {

@@ -13,6 +13,7 @@
 
 #include "studies/evaluation.h"
 #include "studies/executor.h"
+#include "studies/fidelities.h"
 #include "studies/ledger.h"
 #include "studies/planner.h"
 #include "studies/results.h"
@@ -23,7 +24,9 @@ namespace powdercal {
 
 /// Where a study stands, for whoever watches it.
 struct Progress {
-  int done = 0;  ///< evaluations told to the optimizer
+  int done = 0;     ///< evaluations told to the optimizer
+  double used = 0;  ///< of the budget: `done`, each counted as it costs compared with one at the
+                    ///< study's own fidelity
   int budget = 0;
   int failed = 0;                       ///< without any value
   int partial = 0;                      ///< with some values
@@ -131,7 +134,9 @@ class StudyRunner {
   /// The best point that has been told (RankingMisfits); null while there is none.
   Point* Incumbent();
   std::vector<const LedgerRun*> RunsOf(const Point& point, int replicates) const;
-  Eigen::VectorXd Pooled() const;
+  /// Seed variance of runs at this fidelity.
+  Eigen::VectorXd Pooled(double fidelity) const;
+  bool BudgetUsed() const;
   double Elapsed() const;
   std::vector<double> SecondsPerRun(const std::string& backend,
                                     const std::vector<Planner::ExperimentCost>& expected) const;
@@ -143,6 +148,7 @@ class StudyRunner {
   Options options_;
   Objectives objectives_;
   Planner planner_;
+  StudyFidelities fidelities_;
   Planner::Cost cost_;  // as expected before anything has run
   // What simulates the best point besides: the backends of `confirm_with`, and the reference for
   // what the approximations change.
@@ -165,7 +171,8 @@ class StudyRunner {
   std::map<std::int64_t, LedgerRun> runs_;  // by run id
   std::int64_t next_ticket_ = 0;
   bool worked_ = false;  // this session asked, ran or told something
-  int asked_ = 0;
+  double asked_ = 0;     // evaluations, each counted as it costs; as is told_cost_
+  double told_cost_ = 0;
   int told_ = 0;
   int failed_ = 0;
   int partial_ = 0;

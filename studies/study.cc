@@ -10,6 +10,7 @@
 #include "core/files.h"
 #include "core/hash.h"
 #include "core/quantity.h"
+#include "studies/fidelities.h"
 
 namespace powdercal {
 namespace {
@@ -136,6 +137,27 @@ void SerializeConfirmation(Archive& section, BackendSpecification& backend) {
   }
 }
 
+void SerializeLowerFidelities(Archive& section, BackendSpecification& backend) {
+  const auto all = FidelityNames();
+  std::vector<std::string> names;
+  for (const Fidelity one : backend.lower_fidelities) {
+    names.push_back(all[static_cast<std::size_t>(one)]);
+  }
+  if (section.reading() || !names.empty()) {
+    section.Names("lower_fidelities", names, "fidelity", all);
+  }
+  if (!section.reading()) return;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (std::find(names.begin(), names.end(), all[i]) == names.end()) continue;
+    if (static_cast<Fidelity>(i) >= backend.fidelity) {
+      throw section.ErrorAt("lower_fidelities",
+                            fmt::format("'{}' is not below the study's fidelity '{}'", all[i],
+                                        all[static_cast<std::size_t>(backend.fidelity)]));
+    }
+    backend.lower_fidelities.push_back(static_cast<Fidelity>(i));
+  }
+}
+
 // `calibration_only`: when writing, without what comes after the search.
 void SerializeBackend(Archive& archive, BackendSpecification& backend, bool calibration_only) {
   if (archive.reading()) backend.backend = MakeBackend(kDefaultBackend);
@@ -147,6 +169,7 @@ void SerializeBackend(Archive& archive, BackendSpecification& backend, bool cali
         if (section.reading()) backend.backend = MakeBackend(name);
         section.Enumeration("fidelity", backend.fidelity, "fidelity", FidelityNames());
         if (backend.backend->simulates()) {
+          SerializeLowerFidelities(section, backend);
           section.Integer("replicates", backend.replicates, {.lower = 1, .upper = 1000});
           if (section.reading()) {
             backend.confirm_replicates = std::max(backend.confirm_replicates, backend.replicates);
@@ -155,11 +178,13 @@ void SerializeBackend(Archive& archive, BackendSpecification& backend, bool cali
                           {.lower = static_cast<double>(backend.replicates), .upper = 1000});
           if (!calibration_only) SerializeConfirmation(section, backend);
         } else {
-          if (section.Has("confirm_with")) {
-            throw section.ErrorAt("confirm_with", fmt::format("'{}' simulates nothing that another "
-                                                              "backend could confirm",
-                                                              backend.backend->name()));
-          }
+          const auto refuse = [&](const char* key, const char* what) {
+            if (!section.Has(key)) return;
+            throw section.ErrorAt(
+                key, fmt::format("'{}' simulates nothing that {}", backend.backend->name(), what));
+          };
+          refuse("confirm_with", "another backend could confirm");
+          refuse("lower_fidelities", "could be simulated at a lower fidelity");
           backend.replicates = backend.confirm_replicates = 1;  // nothing depends on particle seeds
         }
         backend.backend->Serialize(section);
@@ -264,9 +289,21 @@ void CheckConsistency(const Study& study, const Archive& archive) {
                           "nothing to calibrate against: no experiment is 'observed' without "
                           "'calibrate: false'");
   }
+  if (!study.backend.lower_fidelities.empty() && study.optimizer->fidelities() == nullptr) {
+    throw archive.ErrorAt("backend",
+                          fmt::format("lower_fidelities: optimizer '{}' cannot choose between "
+                                      "fidelities; use bayesian, or leave the key out",
+                                      study.optimizer->name()));
+  }
+  if (std::vector<FidelityLevel>* levels = study.optimizer->fidelities()) {
+    // What they cost is for later, when programs can be planned.
+    for (const double s : LowerFidelityCoordinates(study)) levels->push_back({s, s});
+    if (!levels->empty()) levels->push_back({1, 1});
+  }
   const std::string reason = study.optimizer->Make(study.space, study.MakeObjectives(), study.seed)
                                  ->ExplainUnsupported(study.space, study.MakeObjectives());
   if (!reason.empty()) throw archive.ErrorAt("optimizer", reason);
+  if (study.optimizer->fidelities() != nullptr) study.optimizer->fidelities()->clear();
 }
 
 int Cores() { return std::max(1, static_cast<int>(std::thread::hardware_concurrency())); }

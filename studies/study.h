@@ -38,6 +38,9 @@ void SerializeContactLaw(Archive& archive, ContactLaw& law);
 struct BackendSpecification {
   std::unique_ptr<Backend> backend;
   Fidelity fidelity = Fidelity::quick;
+  /// Ascending, below `fidelity`: at which an optimizer that can may evaluate a point instead, to
+  /// learn from it for less (studies/fidelities.h).
+  std::vector<Fidelity> lower_fidelities;
   int replicates = 1;          ///< particle seeds of every evaluation
   int confirm_replicates = 3;  ///< particle seeds of the point that is reported as the best
   /// On which the best point is simulated as well, with the same particles, when the search is
@@ -46,7 +49,9 @@ struct BackendSpecification {
 };
 
 struct Budget {
-  int evaluations = 40;               ///< parameter points, failed ones included
+  /// Parameter points, failed ones included; one at a lower fidelity counts as what it costs,
+  /// compared with one at the study's.
+  int evaluations = 40;
   int parallel = 0;                   ///< runs in flight at a time; 0: as many as fill the cores
   std::optional<double> wall_time;    ///< [s] of the whole study, over all its sessions
   std::optional<double> run_timeout;  ///< [s] of one run

@@ -21,6 +21,12 @@ CollapsePoint Point(const std::string& mode, std::map<std::string, double> group
   return point;
 }
 
+CollapsePoint RigidPoint(double kappa, std::vector<double> values) {
+  CollapsePoint point = Point("rigid_limit", {}, std::move(values));
+  point.kappa_floor = kappa;
+  return point;
+}
+
 const GroupTrend& TrendOf(const std::vector<GroupTrend>& trends, const std::string& group) {
   for (const GroupTrend& trend : trends) {
     if (trend.group == group) return trend;
@@ -58,10 +64,8 @@ TEST(FindTrends, AGroupThatIsTheSameEverywhereExplainsNothing) {
 TEST(FindPlateaus, FindsTheLeastStiffnessThatGivesTheSame) {
   const Study study = LoadStudy();
   const std::vector<CollapsePoint> points = {
-      Point("rigid_limit", {{"kappa", 2000}}, {0.81, 0.79, 0.80}),
-      Point("rigid_limit", {{"kappa", 250}}, {0.71, 0.69, 0.70}),
-      Point("rigid_limit", {{"kappa", 4000}}, {0.80, 0.82, 0.81}),
-      Point("rigid_limit", {{"kappa", 1000}}, {0.79, 0.81, 0.80}),
+      RigidPoint(2000, {0.81, 0.79, 0.80}), RigidPoint(250, {0.71, 0.69, 0.70}),
+      RigidPoint(4000, {0.80, 0.82, 0.81}), RigidPoint(1000, {0.79, 0.81, 0.80}),
       Point("sigma_over_e", {{"kappa", 84000}}, {2, 2, 2})};
   auto plateaus = FindPlateaus(study, points);
   ASSERT_EQ(plateaus.size(), 1u);
@@ -71,8 +75,8 @@ TEST(FindPlateaus, FindsTheLeastStiffnessThatGivesTheSame) {
   EXPECT_NEAR(plateaus[0].change, -0.01, 1e-12);
   EXPECT_NEAR(plateaus[0].error, plateaus[0].seed_sd * std::sqrt(2.0 / 3), 1e-12);
 
-  const std::vector<CollapsePoint> rising = {Point("rigid_limit", {{"kappa", 1000}}, {0.70, 0.71}),
-                                             Point("rigid_limit", {{"kappa", 4000}}, {0.80, 0.81})};
+  const std::vector<CollapsePoint> rising = {RigidPoint(1000, {0.70, 0.71}),
+                                             RigidPoint(4000, {0.80, 0.81})};
   plateaus = FindPlateaus(study, rising);
   ASSERT_EQ(plateaus.size(), 1u);
   EXPECT_EQ(plateaus[0].kappa, 0);
@@ -97,6 +101,8 @@ TEST(Collapse, KeepsThePullOffForceAtEveryStiffness) {
   EXPECT_THAT(modes, ::testing::ElementsAre("rigid_limit", "rigid_limit", "given (this study)",
                                             "sigma_over_e"));
   EXPECT_NEAR(collapse.points()[1].groups.at("kappa"), 1000, 1e-6);
+  EXPECT_EQ(collapse.points()[1].kappa_floor, 1000);
+  EXPECT_EQ(collapse.points()[2].kappa_floor, 0);
 }
 
 TEST(Collapse, NeedsTheSurfaceEnergyOfACohesionThatIsSought) {

@@ -1,5 +1,6 @@
 #include "studies/ledger.h"
 
+#include <SQLiteCpp/SQLiteCpp.h>
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -96,6 +97,36 @@ TEST(Ledger, RefusesAFileThatIsNone) {
   WriteFileAtomically(folder / "text.sqlite", "this is not a database, but long enough to be read");
   EXPECT_THROW(Ledger(folder / "text.sqlite", Ledger::Mode::read_write), InputError);
   EXPECT_THROW(Ledger(folder / "absent.sqlite", Ledger::Mode::read_only), InputError);
+}
+
+TEST(Ledger, KeepsTheFidelityOfCandidatesAndWhatWasTold) {
+  const TemporaryFolder folder;
+  Ledger ledger(folder / "ledger.sqlite", Ledger::Mode::read_write);
+  ledger.AddAsk(1, {{.candidate = {.id = 0, .point = Eigen::VectorXd::Zero(1), .fidelity = 0.5}}});
+  ledger.AddTell({.id = 0, .point = Eigen::VectorXd::Zero(1), .fidelity = 0.5}, 1);
+  EXPECT_EQ(ledger.Candidates().at(0).candidate.fidelity, 0.5);
+  EXPECT_EQ(ledger.Events().at(1).observation->fidelity, 0.5);
+}
+
+// As the program wrote it before candidates had a fidelity.
+TEST(Ledger, ReadsAndUpgradesTheFirstSchema) {
+  const TemporaryFolder folder;
+  const std::filesystem::path file = folder / "ledger.sqlite";
+  Ledger(file, Ledger::Mode::read_write)
+      .AddAsk(1, {{.candidate = {.id = 0, .point = Eigen::VectorXd::Zero(1)}}});
+  {
+    SQLite::Database database(file.string(), SQLite::OPEN_READWRITE);
+    database.exec("ALTER TABLE candidates DROP COLUMN fidelity");
+    database.exec("PRAGMA user_version = 1");
+  }
+  EXPECT_EQ(Ledger(file, Ledger::Mode::read_only).Candidates().at(0).candidate.fidelity, 1);
+  EXPECT_EQ(SQLite::Database(file.string()).execAndGet("PRAGMA user_version").getInt(), 1)
+      << "reading changes nothing";
+  Ledger ledger(file, Ledger::Mode::read_write);
+  ledger.AddAsk(1, {{.candidate = {.id = 1, .point = Eigen::VectorXd::Zero(1), .fidelity = 0.5}}});
+  EXPECT_EQ(ledger.Candidates().at(0).candidate.fidelity, 1);
+  EXPECT_EQ(ledger.Candidates().at(1).candidate.fidelity, 0.5);
+  EXPECT_EQ(SQLite::Database(file.string()).execAndGet("PRAGMA user_version").getInt(), 2);
 }
 
 TEST(Ledger, SumsTimesOverSessions) {
