@@ -271,6 +271,9 @@ std::string ProvenanceSection(const LadderReport& report) {
   for (const auto& [name, value] : report.parameters) {
     entry("parameter", H(fmt::format("{} = {:g} (SI)", name, value)));
   }
+  for (const auto& [name, choice] : report.choices) {
+    entry("parameter", H(fmt::format("{} = {}", name, choice)));
+  }
   if (!report.parameters_source.empty()) entry("parameters from", H(report.parameters_source));
   entry("time", H(DurationText(report.wall_seconds)));
   html += "</dl>\n";

@@ -125,7 +125,13 @@ LadderReport ClimbLadder(const LadderSubject& subject, std::span<const Contender
   if (subject.planner != nullptr) {
     const auto& known = subject.planner->study().space.parameters;
     for (std::size_t i = 0; i < subject.parameters.size(); ++i) {
-      report.parameters[known[i].name] = subject.parameters[i];
+      const Parameter& parameter = known[i];
+      const double value = subject.parameters[i];
+      if (parameter.categorical()) {
+        report.choices[parameter.name] = parameter.CategoryAt(value);
+      } else {
+        report.parameters[parameter.name] = value;
+      }
     }
   }
   for (const Contender& contender : contenders) {

@@ -16,7 +16,7 @@ namespace powdercal::verification {
 /// What is to be compared, and how closely.
 struct LadderOptions {
   std::vector<Rung> rungs = {Rung::contact, Rung::packing};  ///< ascending
-  int seeds = 10;        ///< particle seeds 1, 2, … of every case from the second rung on, ≥ 2
+  int seeds = 10;       ///< particle seeds 1, 2, … of every case from the second rung on, ≥ 2
   double level = 0.05;  ///< of each one-sided test, and of the chi-squared bound of rung 4
   /// Margins of equivalence [SI] that replace those of docs/validation/cross_backend.md, by the
   /// name of the quantity: "void_ratio", "coordination", "consolidation.void_ratio".
@@ -55,7 +55,8 @@ struct LadderReport {
   std::string program_version;
   std::vector<ContenderInfo> contenders;
   LadderOptions options;
-  std::map<std::string, double> parameters;  ///< SI, of the upper rungs
+  std::map<std::string, double> parameters;    ///< SI, of the upper rungs
+  std::map<std::string, std::string> choices;  ///< of the upper rungs, parameters that are names
   std::string parameters_source;
   std::vector<Finding> findings;
   std::vector<FailedRun> failures;

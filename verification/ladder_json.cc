@@ -74,6 +74,8 @@ json LadderToJson(const LadderReport& report) {
                         {"outcome", run.reason},
                         {"message", run.message}});
   }
+  json parameters = report.parameters;
+  for (const auto& [name, choice] : report.choices) parameters[name] = choice;
   json counts = json::object();
   for (std::size_t i = 0; i < VerdictNames().size(); ++i) {
     counts[VerdictNames()[i]] = report.Count(static_cast<Verdict>(i));
@@ -89,7 +91,7 @@ json LadderToJson(const LadderReport& report) {
       {"seeds", report.options.seeds},
       {"level", report.options.level},
       {"margins", report.options.margins},
-      {"parameters", report.parameters},
+      {"parameters", parameters},
       {"parameters_source", report.parameters_source},
       {"passed", report.passed()},
       {"compared", static_cast<int>(report.findings.size()) - report.Count(Verdict::unsupported)},

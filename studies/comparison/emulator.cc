@@ -8,6 +8,7 @@
 
 #include "core/hash.h"
 #include "core/statistics.h"
+#include "optimizers/models.h"
 #include "studies/evaluation.h"
 
 namespace powdercal::comparison {
@@ -42,8 +43,8 @@ struct Rows {
         variances(Eigen::VectorXd::Zero(points.rows())) {}
 };
 
-GaussianProcess Fit(const Rows& rows) {
-  GaussianProcess::Options options;
+GaussianProcess Fit(const SearchSpace& space, const Rows& rows) {
+  GaussianProcess::Options options{.inputs = InputsOf(space)};
   // A response that does not change at all has no scale to be learned.
   if (rows.values.maxCoeff() == rows.values.minCoeff()) options.model.signal_variance = 1;
   GaussianProcess process(options);
@@ -78,7 +79,8 @@ std::string FingerprintOf(const Objectives& objectives, const std::vector<KnownP
 }  // namespace
 
 Emulator::Emulator(const Study& study, const std::vector<KnownPoint>& points)
-    : objectives_(study.MakeObjectives()),
+    : space_(study.space),
+      objectives_(study.MakeObjectives()),
       backend_(study.backend.backend->name()),
       fingerprint_(FingerprintOf(objectives_, points)),
       points_(static_cast<int>(points.size())) {
@@ -124,7 +126,7 @@ void Emulator::FitResponse(const Target& target, const std::vector<KnownPoint>& 
     rows.variances[r] = pooled[t] / reduced[i].counts[t];
   }
   Response response{.name = target.response.substr(target.response.find('.') + 1),
-                    .process = Fit(rows)};
+                    .process = Fit(space_, rows)};
   Eigen::VectorXd means(rows.values.size());
   Eigen::VectorXd variances(rows.values.size());
   response.process.LeaveOneOut(&means, &variances);
@@ -181,7 +183,7 @@ Emulator::Test Emulator::FitTest(const std::string& name,
     rows.points.row(i) = times[static_cast<std::size_t>(i)].first->point;
     rows.values[i] = std::log(times[static_cast<std::size_t>(i)].second);
   }
-  test.log_seconds = Fit(rows);
+  test.log_seconds = Fit(space_, rows);
   return test;
 }
 

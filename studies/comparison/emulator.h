@@ -96,6 +96,7 @@ class Emulator {
   Test FitTest(const std::string& name, const std::vector<KnownPoint>& points) const;
   void Warn();
 
+  SearchSpace space_;
   Objectives objectives_;
   std::vector<Response> responses_;  // in the order of the targets
   std::map<std::size_t, Test> tests_;
