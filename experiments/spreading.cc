@@ -46,10 +46,10 @@ Size SizeOf(Fidelity fidelity, double diameter) {
   return {7e-3, 48 * diameter};
 }
 
-// For particles that are squeezed out between the blade and its heap and shot up: as high as ten
-// times the blade's speed takes them. Faster ones are lost.
+// For particles that jam under the rigid blade and are shot up when they come free, stiff ones at
+// twenty times its speed: as high as forty times takes them. Faster ones are lost.
 double Headroom(double speed, double gravity) {
-  constexpr double kEjection = 10;
+  constexpr double kEjection = 40;
   return kEjection * speed * kEjection * speed / (2 * gravity);
 }
 
