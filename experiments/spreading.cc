@@ -23,6 +23,7 @@ constexpr double kFallSpeed = 0.1;       // [m/s]
 constexpr double kSlabAspect = 1.5;      // length over height of the slab in which powder is placed
 constexpr double kSurfacePixels = 8;     // per mean diameter
 constexpr int kPaperCount = 50'000;
+constexpr const char* kCeiling = "ceiling";
 
 const std::vector<std::string>& PlateNames() {
   static const std::vector<std::string> kNames = {"rough", "smooth"};
@@ -46,10 +47,10 @@ Size SizeOf(Fidelity fidelity, double diameter) {
   return {7e-3, 48 * diameter};
 }
 
-// For particles that jam under the rigid blade and are shot up when they come free, stiff ones at
-// twenty times its speed: as high as forty times takes them. Faster ones are lost.
+// For particles that jam under the rigid blade and are shot up when they come free: as high as
+// twenty times its speed takes them. The stiffest are faster, and meet a ceiling.
 double Headroom(double speed, double gravity) {
-  constexpr double kEjection = 40;
+  constexpr double kEjection = 20;
   return kEjection * speed * kEjection * speed / (2 * gravity);
 }
 
@@ -185,11 +186,13 @@ Program Spreading::Plan(const SimulatedPowder& powder, const Conditions& conditi
   program.law = powder.law;
   const bool rough = plate_ == Plate::rough;
   const double floor = rough ? -plate_diameter : 0;
+  const double ceiling = 3 * slab_height + Headroom(speed, gravity);
   program.domain = {{-(thickness + 3 * gap_), 0, floor - d},
-                    {sweep + 0.6 * heap_length, width, 3 * slab_height + Headroom(speed, gravity)},
+                    {sweep + 0.6 * heap_length, width, ceiling + d},
                     {Boundary::outflow, Boundary::periodic, Boundary::open}};
   program.walls = {{.name = kPlate, .position = floor}};
   if (sides_ == Sides::walls) EncloseBetweenWalls(1, &program);
+  program.walls.push_back({.name = kCeiling, .position = ceiling, .facing_positive = false});
   program.meshes = {BladeMesh(width, gap_, thickness, gap_ + 2 * slab_height)};
   if (rough) {
     GluedGroup group{.name = kPlateParticles};
@@ -253,9 +256,13 @@ Measurement Spreading::Measure(const Program& program, const Trace& trace, Outco
     return measurement;
   }
   const Packing poured = FreeSpheres(*program.particles.packing, program.particles.count);
-  const Packing packing = FreeSpheres(rest->packing, program.particles.count);
+  Packing packing = FreeSpheres(rest->packing, program.particles.count);
   const double d = program.particles.sizes.Moment(1);
   const double front = SweepOf(program);
+  // What the blade has passed over and is higher than it, is on its way down.
+  const auto airborne = std::erase_if(packing, [&](const Sphere& sphere) {
+    return sphere.position[0] < front && sphere.position[2] - sphere.radius > gap_;
+  });
   const double width = program.domain.Lengths()[1];
   const PlateWindow window{.x0 = start_margin_ * gap_,
                            .x1 = WindowEnd(front),
@@ -302,6 +309,7 @@ Measurement Spreading::Measure(const Program& program, const Trace& trace, Outco
       {"surface_maximum", surface.maximum},
       {"leavers", static_cast<double>(trace.diagnostics.leavers)},
       {"heap_share", heap / all},
+      {"airborne", static_cast<double>(airborne)},
       {"layer_kinetic_energy_ratio", KineticEnergyRatio(layer, std::abs(program.gravity[2]))},
       {"particles", static_cast<double>(program.particles.count)},
       {"simulated_time", rest->time}};

@@ -39,8 +39,10 @@ namespace powdercal {
 /// Diagnostics: window_x0, window_x1, window_y0, window_y1, gap [m]; coverage_pixel [m],
 /// coverage_change (of the last refinements), coverage_converged (1: below 0.001); density_cell_x,
 /// density_cell_y [m], density_cells; surface_pixel [m], surface_maximum [m]; leavers (particles
-/// gone); heap_share (of the mass, before the blade at the end); layer_kinetic_energy_ratio (in the
-/// window, over m g d); particles (free ones at the start); simulated_time [s].
+/// gone); airborne (particles that jammed under the blade, were shot up and are not down yet; they
+/// count in no response as laid down); heap_share (of the mass, before the blade at the end);
+/// layer_kinetic_energy_ratio (in the window, over m g d); particles (free ones at the start);
+/// simulated_time [s].
 class Spreading final : public Experiment {
  public:
   const std::string& name() const override;

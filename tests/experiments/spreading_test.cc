@@ -81,7 +81,7 @@ TEST(Spreading, RoughPlateIsALayerThatNothingFallsThrough) {
 TEST(Spreading, StandsBetweenWallsWhereWanted) {
   const Program program = PlanOf(With("sides: walls"), MetalPowder());
   EXPECT_EQ(program.domain.boundaries[1], Boundary::open);
-  ASSERT_EQ(program.walls.size(), 3U);
+  ASSERT_EQ(program.walls.size(), 4U);
   for (const std::size_t side : {1U, 2U}) {
     EXPECT_EQ(program.walls[side].axis, 1);
     EXPECT_TRUE(program.walls[side].frictionless);
@@ -167,6 +167,38 @@ TEST(Spreading, MeasuresAKnownLayer) {
               1e-12);
   EXPECT_NEAR(measured.diagnostics.at("heap_share"), 3.0 / program.particles.count, 1e-12);
   EXPECT_EQ(measured.diagnostics.at("leavers"), 3);
+}
+
+TEST(Spreading, WhatIsInTheAirWasNotLaidDown) {
+  const Spreading spreading =
+      With("{sweep: 0.624 mm, width: 0.174 mm, plate: smooth, start_margin: 2.9}");
+  const Program program = PlanOf(spreading, EqualSpheres());
+  Trace trace = SquareLayer(program, 3);
+  Outcome outcome;
+  const Measurement still = spreading.Measure(program, trace, &outcome);
+  // Two of the layer leap: one above the window, and one that is no higher than the heap may be.
+  trace.moments[0].packing[25].position[2] = 3e-3;
+  trace.moments[0].packing[26].position[2] = kGap + 15e-6;
+  const Measurement measured = spreading.Measure(program, trace, &outcome);
+  ASSERT_TRUE(outcome.ok()) << outcome.message;
+  EXPECT_EQ(still.diagnostics.at("airborne"), 0);
+  EXPECT_EQ(measured.diagnostics.at("airborne"), 2);
+  EXPECT_NEAR(measured.responses.at("swept_share").value - still.responses.at("swept_share").value,
+              2.0 / program.particles.count, 1e-12);
+  EXPECT_LT(measured.diagnostics.at("surface_maximum"), kGap);
+}
+
+TEST(Spreading, HasACeilingForWhatTheBladeShootsUp) {
+  const Program program = PlanOf(With("{}"), MetalPowder());
+  const PlaneWall& ceiling = program.walls.back();
+  EXPECT_FALSE(ceiling.facing_positive);
+  EXPECT_LT(ceiling.position + MetalPowder().sizes.Moment(1) / 2, program.domain.upper[2]);
+  // Ten times the blade's speed from the top of the heap, and more.
+  double top = 0;
+  for (const Sphere& sphere : *program.particles.packing) {
+    top = std::max(top, sphere.position[2] + sphere.radius);
+  }
+  EXPECT_GT(ceiling.position, top + 0.25 * 0.25 / (2 * 9.81));
 }
 
 TEST(Spreading, BarePlateGivesZeros) {
