@@ -50,6 +50,10 @@ std::string ParameterCell(const Parameter& parameter, std::optional<double> valu
   return NumberCell(value, 5);
 }
 
+bool IsLower(const StudyResults& results, const EvaluationResult& evaluation) {
+  return !evaluation.fidelity.empty() && evaluation.fidelity != results.fidelity;
+}
+
 std::string EvaluationRow(const StudyResults& results, const EvaluationResult& evaluation,
                           std::size_t targets, bool best) {
   std::string html = best                         ? "<tr class=\"best\">"
@@ -57,6 +61,7 @@ std::string EvaluationRow(const StudyResults& results, const EvaluationResult& e
                                                   : "<tr class=\"failed\">";
   html += fmt::format("<td class=\"number\" data-sort=\"{0}\">{0}{1}</td>", evaluation.id,
                       best ? " <strong>★ best</strong>" : "");
+  if (IsLower(results, evaluation)) html += TextCell(evaluation.fidelity);
   for (const Parameter& parameter : results.parameters) {
     const auto found = evaluation.parameters.find(parameter.name);
     html += ParameterCell(parameter, found == evaluation.parameters.end()
@@ -86,6 +91,7 @@ std::string EvaluationRow(const StudyResults& results, const EvaluationResult& e
   return html + "</tr>\n";
 }
 
+// `evaluations`: at least one; all at the study's fidelity, or all below it.
 std::string EvaluationTable(const StudyResults& results,
                             const std::vector<EvaluationResult>& evaluations, std::string_view id) {
   const std::vector<ResponseResult> targets = TargetResponses(results);
@@ -93,6 +99,7 @@ std::string EvaluationTable(const StudyResults& results,
       "<div class=\"scroll\"><table class=\"sortable\" id=\"{}\"><thead><tr>"
       "<th class=\"number\" aria-sort=\"ascending\">#</th>",
       id);
+  if (IsLower(results, evaluations.front())) html += Header("fidelity", false);
   for (const Parameter& parameter : results.parameters) {
     html += Header(SymbolHtml(parameter.symbol), true, parameter.unit);
   }
@@ -261,7 +268,7 @@ std::string EvaluationsSection(const StudyResults& results) {
   if (results.history.empty() && results.lower_fidelity.empty()) {
     return html + "<p class=\"muted\">No evaluation has ended yet.</p></section>\n";
   }
-  html += EvaluationTable(results, results.history, "evaluations");
+  if (!results.history.empty()) html += EvaluationTable(results, results.history, "evaluations");
   html += "<p class=\"muted small\">Click a column's head to sort.</p>\n";
   if (!results.lower_fidelity.empty()) {
     html += fmt::format(

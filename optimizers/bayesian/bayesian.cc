@@ -276,10 +276,7 @@ Candidate Bayesian::Propose() {
         origin += fmt::format(", weights {:.2f}", fmt::join(shares, " : "));
       }
       Candidate candidate{.point = point, .origin = std::move(origin)};
-      if (SeveralFidelities()) {
-        candidate.fidelity = FidelityFor(point);
-        candidate.origin += fmt::format(", fidelity {:g}", candidate.fidelity);
-      }
+      if (SeveralFidelities()) candidate.fidelity = FidelityFor(point);
       return candidate;
     }
     message_ = "the acquisition has no usable maximum";

@@ -287,6 +287,19 @@ TEST(HtmlReportTest, PartialFailuresSayWhichExperiment) {
   EXPECT_THAT(markup, HasSubstr("quick; shear: standard"));
 }
 
+TEST(HtmlReportTest, LowerFidelitiesStandApart) {
+  const StudyResults sample = SeveralFidelitiesSample();
+  const std::string markup = Markup(HtmlReport(sample));
+  EXPECT_THAT(markup, HasSubstr("5 of them at a lower fidelity (quick): learnt from, not ranked"));
+  EXPECT_THAT(markup, HasSubstr("<summary>5 evaluations at a lower fidelity"));
+  const std::size_t table = markup.find("id=\"lower_fidelity\"");
+  ASSERT_NE(table, std::string::npos);
+  EXPECT_THAT(markup.substr(table), HasSubstr("<td>quick</td>"));
+  EXPECT_THAT(markup.substr(0, table), Not(HasSubstr("<td>quick</td>")));
+  EXPECT_THAT(markup, HasSubstr("timeout")) << "failures of either are counted";
+  EXPECT_THAT(Markup(HtmlReport(QuickstartSample())), Not(HasSubstr("lower fidelity")));
+}
+
 TEST(HtmlReportTest, CategoriesAreNames) {
   const std::string html = HtmlReport(CategoricalSample());
   EXPECT_THAT(html, HasSubstr("rolling model</td><td class=\"number value\">epsd2</td>"

@@ -199,6 +199,18 @@ TEST(ResultsJsonTest, PartialFailuresNameTheExperiment) {
   EXPECT_EQ(failure.at("experiments")[0].at("outcome"), "not_quasi_static");
 }
 
+TEST(ResultsJsonTest, LowerFidelitiesAreNoPartOfTheHistory) {
+  const StudyResults sample = SeveralFidelitiesSample();
+  const json root = ResultsToJson(sample);
+  EXPECT_EQ(root.at("history").size(), sample.history.size());
+  ASSERT_EQ(root.at("lower_fidelity").size(), 5u);
+  EXPECT_EQ(root.at("lower_fidelity")[0].at("fidelity"), "quick");
+  EXPECT_TRUE(root.at("lower_fidelity")[0].at("best_chi2").is_null());
+  EXPECT_EQ(root.at("history")[0].at("fidelity"), "standard");
+  EXPECT_EQ(root.at("failures").back().at("evaluation"), 104);
+  EXPECT_TRUE(ResultsToJson(QuickstartSample()).at("lower_fidelity").empty());
+}
+
 TEST(ResultsJsonTest, CategoriesAreNames) {
   const json document = ResultsToJson(CategoricalSample());
   EXPECT_EQ(document.at("best").at("parameters").at("rolling_model"), "epsd2");

@@ -210,6 +210,26 @@ StudyResults CategoricalSample() {
   return results;
 }
 
+StudyResults SeveralFidelitiesSample() {
+  StudyResults results = QuickstartSample();
+  results.fidelity = "standard";
+  for (EvaluationResult& evaluation : results.history) evaluation.fidelity = "standard";
+  for (std::int64_t id = 100; id < 105; ++id) {
+    EvaluationResult evaluation = results.history[*results.best];
+    evaluation.id = id;
+    evaluation.fidelity = "quick";
+    evaluation.best_chi2.reset();
+    results.lower_fidelity.push_back(std::move(evaluation));
+  }
+  EvaluationResult& failed = results.lower_fidelity.back();
+  failed.outcome = "timeout";
+  failed.chi2.reset();
+  results.total += 5;
+  results.ok += 4;
+  results.failed += 1;
+  return results;
+}
+
 StudyResults FailedSample() {
   StudyResults results = Frame();
   for (int i = 0; i < 3; ++i) {

@@ -12,6 +12,8 @@ StudyResults QuickstartSample();
 StudyResults TableSample();
 /// QuickstartSample with the law of rolling friction as a third parameter; the best is epsd2.
 StudyResults CategoricalSample();
+/// QuickstartSample() at `standard`, five of its points at `quick`, one of these failed.
+StudyResults SeveralFidelitiesSample();
 /// Three evaluations, all of which failed.
 StudyResults FailedSample();
 /// Three parameters, one of them on a logarithmic scale, and three responses in two units.
