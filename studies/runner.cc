@@ -182,16 +182,7 @@ void StudyRunner::Replay() {
       Point& point = points_.at(event.observation->id);
       optimizer_->Tell(std::span(&*event.observation, 1));
       AddReplicates(point, event.replicates);
-      if (point.told_replicates == 0) {
-        ++told_;
-        told_cost_ += fidelities_.CostAt(point.entry.candidate.fidelity);
-        if (event.observation->failed) ++failed_;
-      }
-      const bool first = point.told_replicates == 0;
-      point.told_replicates = event.replicates;
-      point.told = Reduce(objectives_, RunsOf(point, event.replicates));
-      incumbent_.reset();
-      if (first && point.told.partial()) ++partial_;
+      KeepTold(point, event.replicates, RunsOf(point, event.replicates));
       std::erase(awaiting_tell_, event.observation->id);
       Decide();
       continue;
@@ -381,12 +372,23 @@ void StudyRunner::ConverseInOrder() {
   }
 }
 
-void StudyRunner::Tell(Point& point) {
-  const auto runs = RunsOf(point, point.replicates);
+// What is told of a point, now or by an earlier process.
+void StudyRunner::KeepTold(Point& point, int replicates,
+                           const std::vector<const LedgerRun*>& runs) {
   const bool first = point.told_replicates == 0;
   point.told = Reduce(objectives_, runs);
-  point.told_replicates = point.replicates;
+  point.told_replicates = replicates;
   incumbent_.reset();
+  if (!first) return;
+  ++told_;
+  told_cost_ += fidelities_.CostAt(point.entry.candidate.fidelity);
+  if (point.told.failed()) ++failed_;
+  if (point.told.partial()) ++partial_;
+}
+
+void StudyRunner::Tell(Point& point) {
+  const auto runs = RunsOf(point, point.replicates);
+  KeepTold(point, point.replicates, runs);
   const auto failures = FailuresOf(objectives_, point.told, runs);
   std::vector<std::string> reasons;
   for (const ExperimentFailure& failure : failures) {
@@ -402,12 +404,6 @@ void StudyRunner::Tell(Point& point) {
       .fidelity = point.entry.candidate.fidelity};
   ledger_->AddTell(observation, point.replicates);
   optimizer_->Tell(std::span(&observation, 1));
-  if (first) {
-    ++told_;
-    told_cost_ += fidelities_.CostAt(point.entry.candidate.fidelity);
-    if (point.told.failed()) ++failed_;
-    if (point.told.partial()) ++partial_;
-  }
   if (options_.listener != nullptr) {
     options_.listener->OnEvaluation(point.entry, point.told, failures, CurrentProgress());
   }

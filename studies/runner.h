@@ -127,6 +127,7 @@ class StudyRunner {
   bool IsReady(const Point& point) const;
   void TellWhatIsReady();
   void ConverseInOrder();
+  void KeepTold(Point& point, int replicates, const std::vector<const LedgerRun*>& runs);
   void Tell(Point& point);
   void Decide();
   bool IsDone(const std::string& key) const;
