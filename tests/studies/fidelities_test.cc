@@ -7,6 +7,7 @@
 
 #include "studies/runner.h"
 #include "tests/support/program.h"
+#include "tests/support/stop_after.h"
 
 namespace powdercal {
 namespace {
@@ -183,19 +184,16 @@ TEST(Fidelities, TheBudgetCountsCostsAndOnlyTheTargetIsRanked) {
   EXPECT_LT(used, 9);
 }
 
-// Stops after some evaluations, as a signal would.
-class StopAfter final : public ProgressListener {
+// Small simulations count for less, never for more, than an evaluation.
+class Watcher final : public StopAfter {
  public:
-  StopAfter(std::stop_source& stop, int evaluations) : stop_(stop), left_(evaluations) {}
-  void OnEvaluation(const LedgerCandidate&, const ReducedResponses&,
-                    const std::vector<ExperimentFailure>&, const Progress& progress) override {
+  using StopAfter::StopAfter;
+  void OnEvaluation(const LedgerCandidate& candidate, const ReducedResponses& responses,
+                    const std::vector<ExperimentFailure>& failures,
+                    const Progress& progress) override {
     EXPECT_LE(progress.used, progress.done);
-    if (--left_ == 0) stop_.request_stop();
+    StopAfter::OnEvaluation(candidate, responses, failures, progress);
   }
-
- private:
-  std::stop_source& stop_;
-  int left_;
 };
 
 TEST(Fidelities, ResumedItAsksAtTheSameFidelities) {
@@ -205,7 +203,7 @@ TEST(Fidelities, ResumedItAsksAtTheSameFidelities) {
   for (const int evaluations : {2, 6, 9}) {
     const std::filesystem::path part = folder / ("part" + std::to_string(evaluations));
     std::stop_source stop;
-    StopAfter listener(stop, evaluations);
+    Watcher listener(stop, evaluations);
     Study first = AnsweredStudy(6);
     RunIn(first, part, stop.get_token(), &listener);
     Study second = AnsweredStudy(6);

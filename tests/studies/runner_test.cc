@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "tests/support/program.h"
+#include "tests/support/stop_after.h"
 
 namespace powdercal {
 namespace {
@@ -101,20 +102,6 @@ TEST(Runner, ResumingAFinishedStudyRunsNothing) {
   EXPECT_EQ(counter.resumed, first.total);
   ExpectEqualHistories(first, second);
 }
-
-// Stops itself, as a signal would, after a number of evaluations.
-class StopAfter final : public ProgressListener {
- public:
-  StopAfter(std::stop_source& stop, int evaluations) : stop_(stop), left_(evaluations) {}
-  void OnEvaluation(const LedgerCandidate&, const ReducedResponses&,
-                    const std::vector<ExperimentFailure>&, const Progress&) override {
-    if (--left_ == 0) stop_.request_stop();
-  }
-
- private:
-  std::stop_source& stop_;
-  int left_;
-};
 
 TEST(Runner, InterruptedAtAnyPointItEndsAsIfItHadNot) {
   const TemporaryFolder folder;
