@@ -274,8 +274,7 @@ std::string EvaluationsSection(const StudyResults& results) {
     html += fmt::format(
         "<details><summary>{} at a lower fidelity, from which the optimizer learnt</summary>\n"
         "<p class=\"muted small\">Smaller simulations of the same experiments. They are not "
-        "ranked, "
-        "and nothing else in this report rests on them.</p>\n{}</details>\n",
+        "ranked, and nothing else in this report rests on them.</p>\n{}</details>\n",
         CountText(static_cast<int>(results.lower_fidelity.size()), "evaluation"),
         EvaluationTable(results, results.lower_fidelity, "lower_fidelity"));
   }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "reports/text.h"
@@ -406,14 +407,10 @@ std::string FidelityText(const StudyResults& results) {
 
 std::string LowerFidelityText(const StudyResults& results) {
   if (results.lower_fidelity.empty()) return "";
-  std::vector<std::string> names;
-  for (const EvaluationResult& evaluation : results.lower_fidelity) {
-    if (std::find(names.begin(), names.end(), evaluation.fidelity) == names.end()) {
-      names.push_back(evaluation.fidelity);
-    }
-  }
+  std::set<std::string> names;
+  for (const EvaluationResult& one : results.lower_fidelity) names.insert(one.fidelity);
   return fmt::format("{} of them at a lower fidelity ({}): learnt from, not ranked",
-                     results.lower_fidelity.size(), JoinNames(names));
+                     results.lower_fidelity.size(), fmt::join(names, ", "));
 }
 
 const EvaluationResult* BestEvaluation(const StudyResults& results) {
