@@ -108,6 +108,8 @@ std::span<const std::string> FidelityNames() {
   return names;
 }
 
+const std::string& ToString(Fidelity fidelity) { return NameOf(FidelityNames(), fidelity); }
+
 std::span<const std::string> SizeDistributionNames() {
   static const std::vector<std::string> names = {"monodisperse", "normal", "lognormal"};
   return names;
@@ -144,8 +146,8 @@ std::span<const std::string> EdgeControlNames() {
 }
 
 const std::string& StageName(const Stage& stage) {
-  static const std::vector<std::string> names = {
-      "insert", "settle", "servo", "hold", "advance", "deform", "save", "restore", "remove"};
+  static const std::vector<std::string> names = {"insert", "settle", "servo",   "hold",  "advance",
+                                                 "deform", "save",   "restore", "remove"};
   static_assert(std::variant_size_v<Stage> == 9);
   return names[stage.index()];
 }
@@ -167,7 +169,8 @@ std::string ContactLaw::ToString() const {
     text +=
         " + " + NameOf(RollingNames(), rolling) + (torsion ? " with torsion" : " without torsion");
   }
-  return text + (limit_force ? ", limit_force on" : ", limit_force off");
+  text += limit_force ? ", limit_force on" : ", limit_force off";
+  return text + (tangential_reduce ? ", tangential_reduce on" : "");
 }
 
 std::string SizeDistribution::ExplainInvalid() const {

@@ -21,6 +21,7 @@ using Vector3 = std::array<double, 3>;
 /// the seed publication used. What each means is the experiment's choice.
 enum class Fidelity { quick, standard, paper };
 std::span<const std::string> FidelityNames();
+const std::string& ToString(Fidelity fidelity);
 
 /// Particle diameters by number, truncated to [min, max].
 struct SizeDistribution {
@@ -84,6 +85,10 @@ struct ContactLaw {
   Cohesion cohesion = Cohesion::none;
   Rolling rolling = Rolling::none;
   bool torsion = true;  ///< rolling friction resists spin about the line of centres as well
+  /// Sliding friction and `epsd2` are limited by the net normal force, with the pull of cohesion in
+  /// it, instead of the force without. Written into a program only where it is on, so that programs
+  /// from before it keep their hashes.
+  bool tangential_reduce = false;
 
   /// "hertz + history (displacement) + sjkr2 + epsd2 with torsion, limit_force off".
   std::string ToString() const;

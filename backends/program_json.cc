@@ -63,6 +63,7 @@ void Fields(Io& io, T& law) {
   io.Enumeration("cohesion", law.cohesion, CohesionNames());
   io.Enumeration("rolling", law.rolling, RollingNames());
   io("torsion", law.torsion);
+  io.IfOn("tangential_reduce", law.tangential_reduce);
 }
 
 template <typename Io, Is<Particles> T>
@@ -217,6 +218,9 @@ class Writer {
   void operator()(const char* key, const std::optional<T>& value) {
     if (value) object_[key] = Value(*value);
   }
+  void IfOn(const char* key, bool value) {
+    if (value) object_[key] = true;
+  }
   template <typename E>
   void Enumeration(const char* key, E value, std::span<const std::string> names) {
     object_[key] = names[static_cast<std::size_t>(value)];
@@ -296,6 +300,11 @@ class Reader {
     value.reset();
     seen_.emplace_back(key);
     if (object_.contains(key)) Into(object_.at(key), PathTo(key), value.emplace());
+  }
+  void IfOn(const char* key, bool& value) {
+    std::optional<bool> written;
+    (*this)(key, written);
+    value = written.value_or(false);
   }
   template <typename E>
   void Enumeration(const char* key, E& value, std::span<const std::string> names) {

@@ -8,18 +8,22 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <functional>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "backends/registry.h"
+#include "benchmarks/liggghts_insertion.h"
 #include "benchmarks/paper_bed.h"
 #include "benchmarks/run_program.h"
 #include "core/errors.h"
@@ -37,6 +41,7 @@ struct Protocol {
   BedSetup bed;
   std::string moment = "hold";  // the last reading of that name counts
   double Reading::*estimate = &Reading::central;
+  bool inserted_by_liggghts = false;
 };
 
 struct Variant {
@@ -90,6 +95,8 @@ std::vector<Variant> NumericsAndLaw() {
          p.bed.law.rolling = Law::Rolling::epsd2;
          p.bed.law.torsion = true;
        }},
+      {"tangential_reduce", "tangential_reduce",
+       [](Protocol& p) { p.bed.law.tangential_reduce = true; }},
       {"limit_force", "limit_force", [](Protocol& p) { p.bed.law.limit_force = true; }},
       {"friction 0", "friction", [](Protocol& p) { p.bed.friction = 0; }},
       {"friction 10 (never slides)", "friction", [](Protocol& p) { p.bed.friction = 10; }},
@@ -112,6 +119,7 @@ std::vector<Variant> BedAndLoad() {
       Filled("moving at 0.3 m/s", 0.30, 0.3),
       Filled("dropped by 4.5 mm", 0.30, 0, 4.5e-3),
       Filled("rain from up to 5 mm", 0.03),
+      {"inserted by LIGGGHTS", "insertion", [](Protocol& p) { p.inserted_by_liggghts = true; }},
       {"weight of the paper's bed", "weight", [](Protocol& p) { WeighAsThePapers(p.bed); }},
       {"tall bed (5000 on 6 d)", "weight",
        [](Protocol& p) {
@@ -153,6 +161,7 @@ struct Options {
   bool all_rows = false;
   int seeds = 2;
   int particles = 1000;
+  int parallel = 2;
   std::string backend = "embedded";
   std::string keep;
   bool greedy = false;
@@ -173,12 +182,24 @@ class Laboratory {
     }
   }
 
+  // Those that are not known yet, several at a time.
+  void RunAll(const std::vector<Program>& programs) {
+    std::atomic<std::size_t> next = 0;
+    std::vector<std::jthread> workers;
+    for (int worker = 0; worker < options_.parallel; ++worker) {
+      workers.emplace_back([&] {
+        for (std::size_t i = next++; i < programs.size(); i = next++) Run(programs[i]);
+      });
+    }
+  }
+
   // {"outcome": …, "message": …, "readings": [...]}.
   const json& Run(const Program& program) {
     const std::string key = options_.backend + " " + program.Hash();
-    if (const auto known = known_.find(key); known != known_.end()) return known->second;
+    if (const json* known = Find(key)) return *known;
     const std::filesystem::path folder =
-        std::filesystem::temp_directory_path() / fmt::format("paper_causes-{}", getpid());
+        std::filesystem::temp_directory_path() /
+        fmt::format("paper_causes-{}-{}", getpid(), program.Hash().substr(0, 16));
     const Trace trace = backend_->Run(program, {.work_folder = folder});
     std::filesystem::remove_all(folder);
     json readings = json::array();
@@ -189,6 +210,7 @@ class Laboratory {
                   {"steps", trace.diagnostics.steps},
                   {"seconds", trace.diagnostics.wall_seconds},
                   {"readings", std::move(readings)}};
+    const std::lock_guard lock(mutex_);
     if (!options_.keep.empty()) {
       std::ofstream(options_.keep, std::ios::app) << entry.dump() << std::endl;
     }
@@ -196,8 +218,15 @@ class Laboratory {
   }
 
  private:
+  const json* Find(const std::string& key) {
+    const std::lock_guard lock(mutex_);
+    const auto known = known_.find(key);
+    return known != known_.end() ? &known->second : nullptr;
+  }
+
   const Options& options_;
   std::unique_ptr<Backend> backend_;
+  std::mutex mutex_;
   std::map<std::string, json> known_;
 };
 
@@ -227,15 +256,31 @@ std::vector<TableRow> ChosenRows(const Options& options) {
   return rows;
 }
 
+Program ProgramOf(const Protocol& protocol, const TableRow& row, int seed) {
+  Program program =
+      MakeBed(protocol.bed, row.cohesion, row.rolling, static_cast<std::uint64_t>(seed));
+  if (protocol.inserted_by_liggghts) program.particles.packing = InsertByLiggghts(program);
+  return program;
+}
+
+void RunAll(Laboratory& laboratory, const std::vector<Protocol>& protocols,
+            const std::vector<TableRow>& rows, int seeds) {
+  std::vector<Program> programs;
+  for (const Protocol& protocol : protocols) {
+    for (const TableRow& row : rows) {
+      for (int seed = 1; seed <= seeds; ++seed) programs.push_back(ProgramOf(protocol, row, seed));
+    }
+  }
+  laboratory.RunAll(programs);
+}
+
 // One row of the table under a protocol.
 json Measure(Laboratory& laboratory, const Protocol& protocol, const TableRow& row, int seeds) {
   std::vector<double> values;
   std::vector<double> stresses;
   json failures = json::array();
   for (int seed = 1; seed <= seeds; ++seed) {
-    const Program program =
-        MakeBed(protocol.bed, row.cohesion, row.rolling, static_cast<std::uint64_t>(seed));
-    const json& run = laboratory.Run(program);
+    const json& run = laboratory.Run(ProgramOf(protocol, row, seed));
     std::optional<Reading> last;
     for (const json& reading : run.at("readings")) {
       if (reading.at("moment") == protocol.moment) last = ReadingFromJson(reading);
@@ -307,12 +352,19 @@ json Greedy(Laboratory& laboratory, const Protocol& base, const json& start,
   double reached = Rank(start);
   std::string name;
   for (;;) {
-    const Variant* next = nullptr;
-    json next_result;
+    std::vector<const Variant*> open;
+    std::vector<Protocol> protocols;
     for (const Variant* variant : variants) {
       const bool excluded = std::ranges::any_of(
           taken, [&](const Variant* t) { return std::string(t->axis) == variant->axis; });
       if (excluded) continue;
+      open.push_back(variant);
+      variant->change(protocols.emplace_back(best));
+    }
+    RunAll(laboratory, protocols, rows, seeds);
+    const Variant* next = nullptr;
+    json next_result;
+    for (const Variant* variant : open) {
       Protocol protocol = best;
       variant->change(protocol);
       json result = Compare(laboratory, name.empty() ? variant->name : name + " + " + variant->name,
@@ -344,6 +396,9 @@ json Run(const Options& options) {
   Protocol base;
   base.bed.particles = options.particles;
   for (const std::string& name : options.base) Named(name).change(base);
+  std::vector<Protocol> protocols = {base};
+  for (const Variant* variant : variants) variant->change(protocols.emplace_back(base));
+  RunAll(laboratory, protocols, rows, options.seeds);
   const json start = Compare(laboratory, "base", base, rows, options.seeds);
   std::vector<json> results = {start};
   for (const Variant* variant : variants) {
@@ -397,6 +452,9 @@ int RunProgram(int argc, char** argv) {
   program.add_flag("--all-rows", options.all_rows, "all 18 rows of the table");
   program.add_option("--seeds", options.seeds, "particle seeds of each row")->capture_default_str();
   program.add_option("--particles", options.particles, "in a cell 10 mean diameters wide")
+      ->capture_default_str();
+  program.add_option("--parallel", options.parallel, "simulations at a time")
+      ->check(CLI::PositiveNumber)
       ->capture_default_str();
   program.add_option("--backend", options.backend, "embedded or liggghts")->capture_default_str();
   program.add_option("--keep", options.keep, "file of runs: those in it are not repeated");

@@ -46,10 +46,9 @@ std::string DescribeProgram(const Study& study, const Planner::ExperimentCost& c
       "time)\n"
       "    law: {}\n",
       program.experiment, study.experiments[cost.experiment].calibrate ? "" : ", not calibrated",
-      cost.particles, FidelityNames()[static_cast<std::size_t>(program.fidelity)],
-      HumanQuantity(program.domain.Lengths()[0], "m"), HumanQuantity(m.young_modulus, "Pa"),
-      HumanQuantity(program.time_step, "s", 3), program.time_step / rayleigh,
-      program.law.ToString());
+      cost.particles, ToString(program.fidelity), HumanQuantity(program.domain.Lengths()[0], "m"),
+      HumanQuantity(m.young_modulus, "Pa"), HumanQuantity(program.time_step, "s", 3),
+      program.time_step / rayleigh, program.law.ToString());
 }
 
 std::vector<std::string> Concatenated(std::vector<std::string> first,
@@ -182,14 +181,13 @@ void PrintJson(Study& study, const Planner& planner, const std::vector<std::size
   for (const Planner::ExperimentCost& one : cost.experiments) {
     if (!planner.ExplainUnplanned(one.experiment).empty()) continue;
     const PlannedRun run = planner.PlanExperiment(one.experiment, planner.Centre(), 0);
-    programs.push_back(
-        {{"experiment", run.program.experiment},
-         {"calibrated", study.experiments[one.experiment].calibrate},
-         {"fidelity", FidelityNames()[static_cast<std::size_t>(run.program.fidelity)]},
-         {"particles", one.particles},
-         {"time_step", run.program.time_step},
-         {"law", run.program.law.ToString()},
-         {"hash", run.program_hash}});
+    programs.push_back({{"experiment", run.program.experiment},
+                        {"calibrated", study.experiments[one.experiment].calibrate},
+                        {"fidelity", ToString(run.program.fidelity)},
+                        {"particles", one.particles},
+                        {"time_step", run.program.time_step},
+                        {"law", run.program.law.ToString()},
+                        {"hash", run.program_hash}});
   }
   json confirmations = json::array();
   for (const auto& other : study.backend.confirm_with) {

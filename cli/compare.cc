@@ -336,7 +336,7 @@ int Comparing::Run() {
   for (const std::string& warning : setting_.warnings) Say("warning: {}\n", warning);
   if (!study_.backend.lower_fidelities.empty()) {
     Say("note: backend.lower_fidelities is not used: every optimizer is compared at {}\n",
-        FidelityNames()[static_cast<std::size_t>(study_.backend.fidelity)]);
+        ToString(study_.backend.fidelity));
   }
   status_.emplace();
   Hold(tasks);

@@ -1,7 +1,8 @@
-# powdercal_library(FOLDER SOURCES a.cc … DEPENDS core … LIBRARIES Eigen3::Eigen …)
-# One static library per folder: powdercal_FOLDER, also known as powdercal::FOLDER.
+# powdercal_library(FOLDER SOURCES a.cc … DEPENDS core … LIBRARIES Eigen3::Eigen … [TOGETHER])
+# One static library per folder: powdercal_FOLDER, also known as powdercal::FOLDER. TOGETHER: no name that
+# is private to a source occurs in another one.
 function(powdercal_library folder)
-  cmake_parse_arguments(arg "" "" "SOURCES;DEPENDS;LIBRARIES;PRIVATE_LIBRARIES" ${ARGN})
+  cmake_parse_arguments(arg "TOGETHER" "" "SOURCES;DEPENDS;LIBRARIES;PRIVATE_LIBRARIES" ${ARGN})
   set(target powdercal_${folder})
   add_library(${target} STATIC ${arg_SOURCES})
   add_library(powdercal::${folder} ALIAS ${target})
@@ -14,7 +15,21 @@ function(powdercal_library folder)
   endforeach()
   target_link_libraries(${target} PUBLIC ${arg_LIBRARIES} PRIVATE ${arg_PRIVATE_LIBRARIES})
   powdercal_compile_options(${target})
+  if(arg_TOGETHER)
+    powdercal_compile_together(${target})
+  endif()
   set_property(GLOBAL APPEND PROPERTY POWDERCAL_LIBRARIES ${target})
+endfunction()
+
+function(powdercal_compile_together target)
+  if(NOT POWDERCAL_COMPILE_TOGETHER)
+    return()
+  endif()
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 6)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+    # It takes a source that is included by another file for a header.
+    target_compile_options(${target} PRIVATE -Wno-subobject-linkage)
+  endif()
 endfunction()
 
 function(powdercal_compile_options target)

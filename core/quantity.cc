@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/errors.h"
+#include "core/text.h"
 
 namespace powdercal {
 namespace {
@@ -106,13 +107,6 @@ class UnitSystem {
   std::mutex mutex_;
   ut_system* system_ = nullptr;
 };
-
-std::string_view Trim(std::string_view text) {
-  const auto space = [](char c) { return c == ' ' || c == '\t'; };
-  while (!text.empty() && space(text.front())) text.remove_prefix(1);
-  while (!text.empty() && space(text.back())) text.remove_suffix(1);
-  return text;
-}
 
 // udunits2 takes numbers inside a unit for factors: "1 500 Pa" would be 1 times the unit "500 Pa".
 bool HasFactor(std::string_view unit) {

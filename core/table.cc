@@ -25,12 +25,6 @@ struct Record {
   SourceLocation end;  // where a missing field would stand
 };
 
-std::string_view Trim(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(" \t");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
-}
-
 // Splits CSV text (RFC 4180) into records. Fields without quotes lose the blanks around them.
 class CsvScanner {
  public:

@@ -62,7 +62,7 @@ const std::string& FidelityNameAt(const Study& study, double s) {
       found == coordinates.end()
           ? study.backend.fidelity
           : study.backend.lower_fidelities[static_cast<std::size_t>(found - coordinates.begin())];
-  return FidelityNames()[static_cast<std::size_t>(fidelity)];
+  return ToString(fidelity);
 }
 
 }  // namespace powdercal

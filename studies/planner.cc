@@ -302,7 +302,7 @@ LedgerRun Planner::Execute(const PlannedRun& run, const RunContext& context) con
                    .seed = run.seed,
                    .backend = backend_.name(),
                    .backend_version = availability_.version,
-                   .fidelity = FidelityNames()[static_cast<std::size_t>(run.program.fidelity)]};
+                   .fidelity = ToString(run.program.fidelity)};
   if (!availability_.available) {
     result.outcome = {Reason::unsupported, "not available: " + availability_.why_not};
     return result;

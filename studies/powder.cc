@@ -64,6 +64,7 @@ void SerializeContactLaw(Archive& archive, ContactLaw& law) {
   archive.Enumeration("cohesion", law.cohesion, "cohesion law", CohesionNames());
   archive.Enumeration("rolling", law.rolling, "rolling friction law", RollingNames());
   archive.Flag("torsion", law.torsion);
+  archive.Flag("tangential_reduce", law.tangential_reduce);
 }
 
 namespace {

@@ -443,34 +443,32 @@ std::vector<std::size_t> TransferredExperiments(const Study& study,
 
 StudyResults CollectResults(Study& study, const Ledger& ledger) {
   const Backend& backend = *study.backend.backend;
-  StudyResults results{
-      .study = study.name,
-      .description = study.description,
-      .powder = study.powder.name,
-      .fingerprint = ledger.GetMeta("fingerprint").value_or(""),
-      .program_version = ledger.GetMeta("powdercal_version").value_or(""),
-      .seed = study.seed,
-      .parameters = study.space.parameters,
-      .optimizer = study.optimizer->name(),
-      .optimizer_description = study.optimizer->Describe(),
-      .backend = backend.name(),
-      .backend_version = ledger.GetMeta("backend_version").value_or(""),
-      .simulated = backend.simulates(),
-      .fidelity = FidelityNames()[static_cast<std::size_t>(study.backend.fidelity)],
-      .replicates = study.backend.replicates,
-      .law = study.law.ToString(),
-      .approximations = study.approximations.Describe(study.powder.sizes),
-      .scaling = study.scaling->name(),
-      .scaling_description = study.scaling->Describe(),
-      .study_yaml = study.ToYaml(),
-      .state = ledger.GetMeta("state").value_or("running"),
-      .stop_reason = ledger.GetMeta("stop_reason").value_or("")};
+  StudyResults results{.study = study.name,
+                       .description = study.description,
+                       .powder = study.powder.name,
+                       .fingerprint = ledger.GetMeta("fingerprint").value_or(""),
+                       .program_version = ledger.GetMeta("powdercal_version").value_or(""),
+                       .seed = study.seed,
+                       .parameters = study.space.parameters,
+                       .optimizer = study.optimizer->name(),
+                       .optimizer_description = study.optimizer->Describe(),
+                       .backend = backend.name(),
+                       .backend_version = ledger.GetMeta("backend_version").value_or(""),
+                       .simulated = backend.simulates(),
+                       .fidelity = ToString(study.backend.fidelity),
+                       .replicates = study.backend.replicates,
+                       .law = study.law.ToString(),
+                       .approximations = study.approximations.Describe(study.powder.sizes),
+                       .scaling = study.scaling->name(),
+                       .scaling_description = study.scaling->Describe(),
+                       .study_yaml = study.ToYaml(),
+                       .state = ledger.GetMeta("state").value_or("running"),
+                       .stop_reason = ledger.GetMeta("stop_reason").value_or("")};
   results.parallel = study.parallel();
   for (std::size_t i = 0; i < study.experiments.size(); ++i) {
-    results.experiments.push_back(
-        {.name = study.experiments[i].name(),
-         .fidelity = FidelityNames()[static_cast<std::size_t>(study.FidelityOf(i))],
-         .calibrated = study.experiments[i].calibrate});
+    results.experiments.push_back({.name = study.experiments[i].name(),
+                                   .fidelity = ToString(study.FidelityOf(i)),
+                                   .calibrated = study.experiments[i].calibrate});
   }
   const Planner planner(study);
   AddHistory(study, planner, ledger, results);

@@ -529,7 +529,7 @@ std::vector<double> StudyRunner::SecondsPerRun(
     int count = 0;
     for (const auto& [id, run] : runs_) {
       if (run.experiment != study_.experiments[i].name() || run.backend != backend ||
-          run.fidelity != FidelityNames()[static_cast<std::size_t>(study_.FidelityOf(i))]) {
+          run.fidelity != ToString(study_.FidelityOf(i))) {
         continue;
       }
       sum += run.total_seconds;

@@ -141,7 +141,7 @@ void SerializeLowerFidelities(Archive& section, BackendSpecification& backend) {
   const auto all = FidelityNames();
   std::vector<std::string> names;
   for (const Fidelity one : backend.lower_fidelities) {
-    names.push_back(all[static_cast<std::size_t>(one)]);
+    names.push_back(ToString(one));
   }
   if (section.reading() || !names.empty()) {
     section.Names("lower_fidelities", names, "fidelity", all);

@@ -22,7 +22,7 @@ LedgerRun Begin(const Job& job) {
                 .seed = job.seed,
                 .backend = contender.name,
                 .backend_version = contender.availability.version,
-                .fidelity = FidelityNames()[static_cast<std::size_t>(job.program.fidelity)]};
+                .fidelity = ToString(job.program.fidelity)};
   run.key = Sha256(fmt::format("{}\n{}\n{}\n{}", run.program_hash, run.backend, run.backend_version,
                                contender.backend->Fingerprint()));
   return run;

@@ -54,11 +54,12 @@ struct LawConstants {
   double normal = 0;          ///< Hertz: 4/3 E* [Pa]; linear: k_n [N/m]
   double tangential = 0;      ///< Hertz: 8 G* [Pa]; linear: k_t [N/m]
   double normal_damping = 0;  ///< Hertz: 2 √(5/6) beta √(2 E*) [Pa^0.5]; linear: gamma_n [kg/s]
-  double tangential_damping = 0;  ///< Hertz: 2 √(5/6) beta √(8 G*) [Pa^0.5]; linear: gamma_t
-  double friction = 0;            ///< [-]
-  double rolling = 0;             ///< [-]
-  double cohesion_slope = 0;      ///< [Pa] pull per R* · delta: 4 pi k, at walls 2 pi k
-  double cohesion_constant = 0;   ///< [N/m] pull per R*: 4 pi gamma
+  double tangential_damping = 0;   ///< Hertz: 2 √(5/6) beta √(8 G*) [Pa^0.5]; linear: gamma_t
+  double friction = 0;             ///< [-]
+  double rolling = 0;              ///< [-]
+  double cohesion_slope = 0;       ///< [Pa] pull per R* · delta: 4 pi k, at walls 2 pi k
+  double cohesion_constant = 0;    ///< [N/m] pull per R*: 4 pi gamma
+  bool tangential_reduce = false;  ///< the pull counts where friction and epsd2 have their limits
   /// Least normal force before cohesion [N]: 0 with limit_force, else −infinity.
   double least_normal = -std::numeric_limits<double>::infinity();
   double without_torsion = 0;  ///< 1: rolling friction leaves spin about the normal alone

@@ -41,6 +41,7 @@ LawConstants Make(const Program& program, const ContactParameters& contact, doub
   if (law.cohesion == ContactLaw::Cohesion::dmt) {
     constants.cohesion_constant = 4 * kPi * contact.surface_energy;
   }
+  constants.tangential_reduce = law.tangential_reduce;
   return constants;
 }
 

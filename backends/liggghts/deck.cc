@@ -17,9 +17,6 @@
 namespace powdercal::liggghts {
 namespace {
 
-constexpr const char* kDumpColumns = "id type x y z radius vx vy vz omegax omegay omegaz";
-constexpr const char* kDumpFormat =
-    "sort id format \"%d %d %.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g\"";
 constexpr int kServoCheckSteps = 1000;
 
 // Contacts that separate and meet again between two builds of the neighbour list keep their springs

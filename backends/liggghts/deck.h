@@ -12,6 +12,10 @@ inline constexpr const char* kDeckFile = "in.deck";
 inline constexpr const char* kDataFile = "packing.data";
 inline constexpr const char* kLidFile = "lid.stl";  ///< what the servo moves
 inline constexpr const char* kScreenFile = "screen.txt";
+/// What a dump of a packing holds, and how it is written: in full precision.
+inline constexpr const char* kDumpColumns = "id type x y z radius vx vy vz omegax omegay omegaz";
+inline constexpr const char* kDumpFormat =
+    "sort id format \"%d %d %.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g\"";
 /// Packing at the end of a stage of Program::stages: "1-settle.dump".
 std::string DumpFile(const Program& program, std::size_t stage);
 /// Packings on the way through an Advance: "2-advance-frames.dump".

@@ -43,6 +43,14 @@ std::string ModelOptions(const ContactLaw& law) {
   return words;
 }
 
+// Liquid bridges leave walls dry.
+bool SticksToWalls(const ContactLaw& law) { return law.cohesion == ContactLaw::Cohesion::sjkr2; }
+
+// Known to the models of cohesion only.
+std::string CohesionOptions(const ContactLaw& law) {
+  return law.tangential_reduce ? " tangential_reduce on" : "";
+}
+
 class PropertyWriter {
  public:
   explicit PropertyWriter(const Program& program)
@@ -140,17 +148,18 @@ std::string PairStyle(const ContactLaw& law) {
   std::string cohesion;
   if (law.cohesion == ContactLaw::Cohesion::sjkr2) cohesion = " cohesion sjkr2";
   if (law.cohesion == ContactLaw::Cohesion::dmt) cohesion = " cohesion easo/capillary/viscous";
-  return fmt::format("gran model {}{}{} {}", ModelWords(law), cohesion, RollingWords(law),
-                     ModelOptions(law));
+  return fmt::format("gran model {}{}{} {}{}", ModelWords(law), cohesion, RollingWords(law),
+                     ModelOptions(law), cohesion.empty() ? "" : CohesionOptions(law));
 }
 
 std::string WallStyle(const ContactLaw& law) {
-  const bool sjkr2 = law.cohesion == ContactLaw::Cohesion::sjkr2;
-  return fmt::format("wall/gran model {}{}{}", ModelWords(law), sjkr2 ? " cohesion sjkr2" : "",
-                     RollingWords(law));
+  return fmt::format("wall/gran model {}{}{}", ModelWords(law),
+                     SticksToWalls(law) ? " cohesion sjkr2" : "", RollingWords(law));
 }
 
-std::string WallOptions(const ContactLaw& law) { return ModelOptions(law); }
+std::string WallOptions(const ContactLaw& law) {
+  return ModelOptions(law) + (SticksToWalls(law) ? CohesionOptions(law) : "");
+}
 
 double StiffnessUnder(const Program& program, double stress) {
   const Materials& m = program.materials;

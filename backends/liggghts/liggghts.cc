@@ -85,14 +85,7 @@ class LiggghtsBackend final : public Backend {
     fs::create_directories(folder);
     WriteWorkFile(folder / liggghts::kDeckFile, input.deck);
     for (const auto& [name, text] : input.files) WriteWorkFile(folder / name, text);
-    // "-screen none" crashes with a mesh: always to a file.
-    const ProcessResult process =
-        RunProcess({.arguments = {kProgram, "-in", liggghts::kDeckFile, "-log", "none", "-screen",
-                                  liggghts::kScreenFile},
-                    .working_directory = folder,
-                    .environment = kEnvironment,
-                    .time_limit = context.time_limit},
-                   context.stop);
+    const ProcessResult process = liggghts::RunDeck(folder, context.time_limit, context.stop);
     Trace trace = liggghts::ReadTrace(program, input.particle_count, folder, process);
     LeaveWorkFolder(context, trace.outcome, process.output);
     return trace;
@@ -100,6 +93,18 @@ class LiggghtsBackend final : public Backend {
 };
 
 }  // namespace
+
+ProcessResult liggghts::RunDeck(const fs::path& folder,
+                                std::optional<std::chrono::duration<double>> time_limit,
+                                std::stop_token stop) {
+  // "-screen none" crashes with a mesh: always to a file.
+  return RunProcess(
+      {.arguments = {kProgram, "-in", kDeckFile, "-log", "none", "-screen", kScreenFile},
+       .working_directory = folder,
+       .environment = kEnvironment,
+       .time_limit = time_limit},
+      std::move(stop));
+}
 
 std::unique_ptr<Backend> MakeLiggghtsBackend() { return std::make_unique<LiggghtsBackend>(); }
 

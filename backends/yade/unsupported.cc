@@ -75,6 +75,9 @@ std::string ExplainDmt(const Program& program) {
   if (program.law.normal == ContactLaw::Normal::linear) {
     return "YADE has adhesion with the Hertz law only; use normal: hertz, or cohesion: none";
   }
+  if (program.law.tangential_reduce) {
+    return "YADE does not reduce friction by adhesion; use tangential_reduce: false";
+  }
   const Materials& m = program.materials;
   if (!HasSurfaces(program)) return "";
   const bool smooth = std::any_of(program.walls.begin(), program.walls.end(),

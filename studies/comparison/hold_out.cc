@@ -39,7 +39,7 @@ void Sign(const Task& task, double optimizer_seconds, ContestRecord* record) {
 std::string FidelityText(const Study& study) {
   std::vector<std::string> names;
   for (const std::size_t i : study.CalibratedExperiments()) {
-    const std::string& name = FidelityNames()[static_cast<std::size_t>(study.FidelityOf(i))];
+    const std::string& name = ToString(study.FidelityOf(i));
     if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
   }
   return JoinNames(names);

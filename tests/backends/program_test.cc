@@ -160,6 +160,25 @@ TEST(ContactLaw, ToStringNamesTheChoices) {
   law.tangential = ContactLaw::Tangential::no_history;
   law.limit_force = true;
   EXPECT_EQ(law.ToString(), "hertz + no_history + sjkr2 + epsd2 with torsion, limit_force on");
+  law.tangential_reduce = true;
+  EXPECT_EQ(
+      law.ToString(),
+      "hertz + no_history + sjkr2 + epsd2 with torsion, limit_force on, tangential_reduce on");
+}
+
+// Programs from before there was a choice keep their hashes.
+TEST(ProgramJson, TangentialReduceIsWrittenWhereItIsOn) {
+  Program program = SampleProgram();
+  EXPECT_FALSE(program.ToJson()["law"].contains("tangential_reduce"));
+  const std::string hash = program.Hash();
+  program.law.tangential_reduce = true;
+  EXPECT_NE(program.Hash(), hash);
+  EXPECT_TRUE(Program::FromJson(program.ToJson()).law.tangential_reduce);
+  nlohmann::json json = program.ToJson();
+  json["law"]["tangential_reduce"] = false;
+  EXPECT_EQ(Program::FromJson(json).Hash(), hash);
+  json["law"]["tangential_reduce"] = "on";
+  EXPECT_THAT(ErrorOf(json), AllOf(HasSubstr("law.tangential_reduce"), HasSubstr("true or false")));
 }
 
 // physics.md §3: dt = 1e-6 s is 31 % of T_R at 29 um and 90 % at 10 um, with E = 5 MPa.

@@ -364,6 +364,9 @@ TEST_F(YadeUnsupported, Cohesion) {
   EXPECT_THAT(Reason(), HasSubstr("one surface energy"));
   wall().surface_energy = 1e-4;
   EXPECT_EQ(Reason(), "");
+  program_.law.tangential_reduce = true;
+  EXPECT_THAT(Reason(), HasSubstr("use tangential_reduce: false"));
+  program_.law.tangential_reduce = false;
   program_.law.normal = ContactLaw::Normal::linear;
   program_.materials.linear = {.normal = 20, .tangential = 8};
   EXPECT_THAT(Reason(), HasSubstr("with the Hertz law only"));

@@ -9,11 +9,6 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::StartsWith;
 
-struct Mistake {
-  std::vector<std::string> arguments;
-  std::vector<std::string> message;  // pieces of it
-};
-
 class Arguments : public ::testing::TestWithParam<Mistake> {};
 
 TEST_P(Arguments, AreExplainedAndStartNothing) {

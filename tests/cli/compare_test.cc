@@ -17,12 +17,6 @@ const std::vector<std::string> kCompare = {
     "compare", "hastelloy_x_table3", "--evaluations",   "8",     "--seeds",
     "3",       "--optimizers",       "bayesian,random", "--out", "x"};
 
-std::vector<std::string> With(std::vector<std::string> arguments,
-                              const std::vector<std::string>& more) {
-  arguments.insert(arguments.end(), more.begin(), more.end());
-  return arguments;
-}
-
 TEST(Compare, TableStudyEndToEnd) {
   const TemporaryFolder folder;
   const Streams result = PowdercalStreams(With(kCompare, {"--json"}), folder.path());

@@ -15,12 +15,6 @@ using ::testing::Not;
 
 const std::vector<std::string> kRun = {"run", "hastelloy_x_table3", "--out", "x"};
 
-std::vector<std::string> With(std::vector<std::string> arguments,
-                              const std::vector<std::string>& more) {
-  arguments.insert(arguments.end(), more.begin(), more.end());
-  return arguments;
-}
-
 TEST(Run, JsonIsTheResultsFileAndNothingElse) {
   const TemporaryFolder folder;
   const Streams result = PowdercalStreams(With(kRun, {"--json"}), folder.path());

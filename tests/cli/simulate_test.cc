@@ -62,11 +62,6 @@ TEST(Simulate, WritesSnapshotsOfTheQuickstart) {
   }
 }
 
-struct Mistake {
-  std::vector<std::string> arguments;
-  std::vector<std::string> message;  // pieces of it
-};
-
 class SimulateMistakes : public ::testing::TestWithParam<Mistake> {};
 
 TEST_P(SimulateMistakes, AreExplained) {

@@ -40,4 +40,16 @@ inline std::vector<std::string> Listing(const std::filesystem::path& folder) {
   return names;
 }
 
+inline std::vector<std::string> With(std::vector<std::string> arguments,
+                                     const std::vector<std::string>& more) {
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
+}
+
+/// Arguments that are refused, and how.
+struct Mistake {
+  std::vector<std::string> arguments;
+  std::vector<std::string> message;  // pieces of it
+};
+
 }  // namespace powdercal

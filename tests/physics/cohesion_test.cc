@@ -45,6 +45,32 @@ TEST(Cohesion, TwoSpheresRestAtTheOverlapOfSjkr2) {
               22.2 * std::pow(kEnergyDensity / EffectiveYoung(), 2), 2e-6);
 }
 
+// Where cohesion and repulsion balance there is nothing left that could hold by friction: with
+// tangential_reduce a sphere that clings to a wall keeps on sliding over it, and does not roll.
+TEST(Cohesion, TangentialReduceLimitsFrictionByTheNetForce) {
+  const double speed = 0.01;
+  const double overlap = RestingOverlap(kRadius) / 4;  // the wall's pull is half of 4 pi k R* delta
+  for (const auto tangential :
+       {ContactLaw::Tangential::history, ContactLaw::Tangential::no_history}) {
+    Program program = Cohesive({Ball(1, kRadius, {0, 0, kRadius - overlap}, {speed, 0, 0})},
+                               ContactLaw::Cohesion::sjkr2, 0.3);
+    program.materials.particle_wall.friction = 0.3;
+    program.materials.particle_wall.rolling_friction = 0.3;
+    program.law.rolling = ContactLaw::Rolling::epsd2;
+    program.law.tangential = tangential;
+    program.walls = {Floor()};
+    const double without = After(program, 1e-3)[0].velocity[0] / speed;
+    program.law.tangential_reduce = true;
+    const Sphere with = After(program, 1e-3)[0];
+    Measured("velocity that is left without tangential_reduce", without);
+    EXPECT_LT(without, 0.8);
+    // With history half a step of the dashpot, before the spring has been stretched to its limit.
+    const bool history = tangential == ContactLaw::Tangential::history;
+    EXPECT_NEAR(with.velocity[0] / speed, 1, history ? 0.01 : 1e-6);
+    EXPECT_LT(std::abs(with.spin[1]) * kRadius / speed, history ? 0.025 : 1e-6);
+  }
+}
+
 // Largest pull on a sphere, glued and drawn from its partner: a glued one (radius `other`), or the
 // floor.
 double LargestPull(ContactLaw::Cohesion cohesion, double other) {

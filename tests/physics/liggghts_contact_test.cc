@@ -100,6 +100,15 @@ std::vector<ContactLaw> Laws() {
           }
         }
       }
+      for (const Cohesion cohesion : {Cohesion::sjkr2, Cohesion::dmt}) {
+        for (const Rolling rolling : {Rolling::none, Rolling::cdt, Rolling::epsd2}) {
+          laws.push_back({.normal = normal,
+                          .tangential = tangential,
+                          .cohesion = cohesion,
+                          .rolling = rolling,
+                          .tangential_reduce = true});
+        }
+      }
     }
   }
   return laws;
@@ -114,7 +123,8 @@ std::string NameOf(const ::testing::TestParamInfo<ContactLaw>& info) {
                      name(TangentialLawNames(), law.tangential) + "_" +
                      name(CohesionNames(), law.cohesion) + "_" + name(RollingNames(), law.rolling);
   if (law.rolling != Rolling::none) text += law.torsion ? "_torsion" : "_no_torsion";
-  return text + (law.limit_force ? "_limited" : "");
+  text += law.limit_force ? "_limited" : "";
+  return text + (law.tangential_reduce ? "_reduced" : "");
 }
 
 class ContactsInTwoEngines : public ::testing::TestWithParam<ContactLaw> {};

@@ -12,7 +12,7 @@ using namespace verification;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-LadderReport Sample() {
+LadderReport SampleReport() {
   LadderReport report{
       .subject = "a <law>",
       .law = "hertz",
@@ -53,7 +53,7 @@ LadderReport Sample() {
 }
 
 TEST(VerificationPage, ShowsEveryFigureAndReason) {
-  const std::string page = VerificationPage(Sample());
+  const std::string page = VerificationPage(SampleReport());
   for (const char* text :
        {"Verification of embedded, yade", "a &lt;law&gt;", "1.0e-01", "1e-06",
         "velocity off by 0.1", "some 9 seeds would decide", "void_ratio at 900 Pa",
@@ -66,14 +66,14 @@ TEST(VerificationPage, ShowsEveryFigureAndReason) {
 }
 
 TEST(VerificationPage, SaysWhenNothingWasCompared) {
-  LadderReport report = Sample();
+  LadderReport report = SampleReport();
   for (Finding& finding : report.findings) finding.verdict = Verdict::unsupported;
   EXPECT_THAT(VerificationPage(report), HasSubstr("Nothing could be compared"));
 }
 
 TEST(VerificationPage, IsWrittenBesideItsJson) {
   const TemporaryFolder folder;
-  WriteVerification(Sample(), folder.path());
+  WriteVerification(SampleReport(), folder.path());
   EXPECT_EQ(ReadJson(folder / "verification.json")["subject"], "a <law>");
   EXPECT_THAT(ReadFile(folder / "verification.html"), HasSubstr("<!doctype html>"));
 }
