@@ -27,7 +27,7 @@ double ReadParameter(const Parameter& parameter, const std::string& text) {
   }
   double value = 0;
   try {
-    const Quantity quantity = Quantity::Parse(text);
+    const powdercal::Quantity quantity = powdercal::Quantity::Parse(text);
     value = quantity.dimension.dimensionless() ? quantity.si : ParseQuantity(text, parameter.unit);
   } catch (const InputError& error) {
     throw InputError(error.problem(), details);

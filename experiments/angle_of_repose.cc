@@ -10,13 +10,13 @@
 #include "core/errors.h"
 #include "core/quantity.h"
 #include "experiments/layer_measures.h"
+#include "experiments/packing_measures.h"
 #include "experiments/pouring.h"
 
 namespace powdercal {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-constexpr const char* kFloor = "floor";
+using std::numbers::pi;
 constexpr const char* kBackWall = "back_wall";
 constexpr const char* kGate = "gate";
 constexpr const char* kPlate = "plate";
@@ -25,7 +25,7 @@ constexpr const char* kPlug = "plug";
 constexpr double kLooseFraction = 0.30;    // as placed
 constexpr double kSettledFraction = 0.55;  // for sizes only
 constexpr double kFallSpeed = 0.1;         // [m/s]
-constexpr double kConeAngle = kPi / 6;     // from the vertical
+constexpr double kConeAngle = pi / 6;      // from the vertical
 constexpr int kSides = 24;                 // of round surfaces
 constexpr double kRestRatio = 1e-3;        // kinetic energy over m g d
 constexpr double kSurfacePixels = 4;       // per mean diameter
@@ -99,12 +99,12 @@ const Settle* LastSettle(const Program& program) {
 // A ring of vertices at a height, first of kSides.
 void AddRing(double radius, double height, Mesh* mesh) {
   for (int side = 0; side < kSides; ++side) {
-    const double angle = 2 * kPi * side / kSides;
+    const double angle = 2 * pi * side / kSides;
     mesh->vertices.push_back({radius * std::cos(angle), radius * std::sin(angle), height});
   }
 }
 
-Mesh Disc(const std::string& name, double radius, double height) {
+Mesh DiscMesh(const std::string& name, double radius, double height) {
   Mesh mesh{.name = name};
   AddRing(radius, height, &mesh);
   mesh.vertices.push_back({0, 0, height});
@@ -124,7 +124,7 @@ void JoinRings(int lower, int upper, Mesh* mesh) {
 }
 
 Mesh PlateWithRim(double radius, double rim) {
-  Mesh mesh = Disc(kPlate, radius, 0);
+  Mesh mesh = DiscMesh(kPlate, radius, 0);
   AddRing(radius, rim, &mesh);
   JoinRings(0, kSides + 1, &mesh);
   return mesh;
@@ -189,7 +189,7 @@ void ReportFace(const FlankFit& fit, double bin_width, Measurement* measurement)
   const Inclination face = InclinationOf(fit, bin_width);
   measurement->responses["angle"] = {face.angle, face.error * face.error};
   notes["angle_is_bound"] = face.is_bound ? 1 : 0;
-  notes["angle_degrees"] = face.angle * 180 / kPi;
+  notes["angle_degrees"] = face.angle * 180 / pi;
   notes["face_start"] = fit.start;
   notes["face_end"] = fit.end;
   notes["face_lower"] = fit.lower;
@@ -296,7 +296,7 @@ void AngleOfRepose::PlanDrawDown(Fidelity fidelity, double speed_ratio, Program*
   program->domain = {{-d, 0, -d},
                      {bed.length + d / 2, bed.width, top + 2 * d},
                      {Boundary::outflow, Boundary::periodic, Boundary::open}};
-  program->walls = {{.name = kFloor, .position = 0},
+  program->walls = {{.name = "floor", .position = 0},
                     {.name = kBackWall, .axis = 0, .position = 0},
                     {.name = kGate, .axis = 0, .position = bed.length, .facing_positive = false}};
   if (sides_ == Sides::walls) EncloseBetweenWalls(1, program);
@@ -314,7 +314,7 @@ void AngleOfRepose::PlanFunnel(Fidelity fidelity, double speed_ratio, Program* p
   const double outlet = outlet_diameters_ * d / 2;
   const double bottom = OutletHeight(radius, d);
   const double cone_top = bottom + (radius - outlet) / std::tan(kConeAngle);
-  const double half = 0.98 * radius * std::cos(kPi / kSides) / std::numbers::sqrt2;
+  const double half = 0.98 * radius * std::cos(pi / kSides) / std::numbers::sqrt2;
   const double top =
       cone_top + count * MeanSphereVolume(particles.sizes) / (kLooseFraction * 4 * half * half);
   particles.packing = PourLoose(particles, {.lower = {-half, -half, cone_top},
@@ -327,7 +327,7 @@ void AngleOfRepose::PlanFunnel(Fidelity fidelity, double speed_ratio, Program* p
                      {Boundary::outflow, Boundary::outflow, Boundary::outflow}};
   program->meshes = {PlateWithRim(radius, RimHeight(d)),
                      Round(kFunnel, {{outlet, bottom}, {radius, cone_top}, {radius, top + 2 * d}}),
-                     Disc(kPlug, outlet, bottom)};
+                     DiscMesh(kPlug, outlet, bottom)};
   const double longest = FlowTime(20 * std::sqrt(radius / gravity), speed_ratio);
   program->stages = {SettleAfterFall(top - bottom, kFallSpeed * speed_ratio, gravity, d),
                      Remove{kPlug}, Flow(longest, 3 * std::sqrt(2 * bottom / gravity), gravity, d)};

@@ -14,11 +14,11 @@
 namespace powdercal {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+using std::numbers::pi;
 
 double Cube(double x) { return x * x * x; }
 
-double SphereVolume(double radius) { return 4.0 / 3.0 * kPi * Cube(radius); }
+double SphereVolume(double radius) { return 4.0 / 3.0 * pi * Cube(radius); }
 
 double Dot(const Vector3& a, const Vector3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
@@ -132,9 +132,15 @@ double LensVolumeBetween(const Packing& packing, const Contacts& contacts, doubl
 
 }  // namespace
 
+double SolidVolume(const Packing& packing) {
+  double volume = 0;
+  for (const Sphere& sphere : packing) volume += SphereVolume(sphere.radius);
+  return volume;
+}
+
 double SphereVolumeBelow(double radius, double height) {
   const double t = std::clamp(height, -radius, radius);
-  return kPi / 3 * (radius + t) * (radius + t) * (2 * radius - t);
+  return pi / 3 * (radius + t) * (radius + t) * (2 * radius - t);
 }
 
 double SphereSlabVolume(const Sphere& sphere, double bottom, double top) {
@@ -147,7 +153,7 @@ double LensVolume(double radius1, double radius2, double distance) {
   const double difference = radius1 - radius2;
   if (distance >= sum) return 0;
   if (distance <= std::abs(difference)) return SphereVolume(std::min(radius1, radius2));
-  return kPi * (sum - distance) * (sum - distance) *
+  return pi * (sum - distance) * (sum - distance) *
          (distance * distance + 2 * distance * sum - 3 * difference * difference) / (12 * distance);
 }
 

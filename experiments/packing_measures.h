@@ -14,6 +14,8 @@ namespace powdercal {
 
 // --- Volumes of spheres and of what they share --------------------------------------------------
 
+/// Sum of the spheres' volumes [m3].
+double SolidVolume(const Packing& packing);
 /// Volume of the part of a sphere below a plane that passes `height` above its centre (negative:
 /// below it): pi/3 (r + t)² (2r − t) with t = height limited to [−r, r].
 double SphereVolumeBelow(double radius, double height);

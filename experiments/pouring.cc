@@ -65,14 +65,6 @@ Packing FreeSpheres(const Packing& packing, std::int64_t last) {
   return free;
 }
 
-double SolidVolume(const Packing& packing) {
-  double volume = 0;
-  for (const Sphere& sphere : packing) {
-    volume += 4.0 / 3 * std::numbers::pi * std::pow(sphere.radius, 3);
-  }
-  return volume;
-}
-
 double KineticEnergyRatio(const Packing& packing, double gravity) {
   double weight = 0;  // times diameter, over the density
   for (const Sphere& sphere : packing) {

@@ -45,9 +45,6 @@ Settle SettleAfterFall(double distance, double velocity, double gravity, double 
 /// The spheres of a packing with ids up to `last`: the free ones, where glued ones follow.
 Packing FreeSpheres(const Packing& packing, std::int64_t last);
 
-/// Sum of the spheres' volumes [m3].
-double SolidVolume(const Packing& packing);
-
 /// Kinetic energy over the sum of m g d of the spheres [-], what Settle looks at; 0 for an empty
 /// packing or without gravity.
 double KineticEnergyRatio(const Packing& packing, double gravity);

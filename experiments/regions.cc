@@ -6,12 +6,12 @@
 namespace powdercal {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+using std::numbers::pi;
 
 // The following are volumes of the unit ball's octant x, y, z ≥ 0, with 0 ≤ a, b, c ≤ 1.
 
 // Beyond x = a: a quarter of a cap.
-double OctantBeyond(double a) { return kPi / 12 * (1 - a) * (1 - a) * (2 + a); }
+double OctantBeyond(double a) { return pi / 12 * (1 - a) * (1 - a) * (2 + a); }
 
 // Beyond both x = a and y = b.
 double OctantBeyondEdge(double a, double b) {
@@ -25,7 +25,7 @@ double OctantBeyondEdge(double a, double b) {
 // Common to the ball and the box [0, a] × [0, b] × [0, c].
 double OctantBox(double a, double b, double c) {
   if (a * a + b * b + c * c <= 1) return a * b * c;
-  return kPi / 6 - OctantBeyond(a) - OctantBeyond(b) - OctantBeyond(c) + OctantBeyondEdge(a, b) +
+  return pi / 6 - OctantBeyond(a) - OctantBeyond(b) - OctantBeyond(c) + OctantBeyondEdge(a, b) +
          OctantBeyondEdge(b, c) + OctantBeyondEdge(a, c);
 }
 
@@ -48,7 +48,7 @@ bool BoxRegion::Contains(const Vector3& point) const {
 }
 
 double SphereBoxVolume(const Vector3& centre, double radius, const BoxRegion& box) {
-  const double ball = 4 * kPi / 3 * radius * radius * radius;
+  const double ball = 4 * pi / 3 * radius * radius * radius;
   std::array<std::array<double, 2>, 3> bounds;  // of the box, in radii from the centre
   bool inside = true;
   for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -25,14 +25,14 @@ constexpr std::size_t kFewestSamples = 40;
 // strain or two sees less of it.
 constexpr double kMemoryStrain = 0.3;
 
-struct Size {
+struct CellSize {
   int count = 0;
   double width = 0;            // [d]
   double inertial_number = 0;  // [-]
   double preshear_strain = 0;  // [-]
 };
 
-Size SizeOf(Fidelity fidelity) {
+CellSize SizeOf(Fidelity fidelity) {
   switch (fidelity) {
     case Fidelity::quick:
       return {1000, 10, 4e-3, 2.4};
@@ -474,7 +474,7 @@ std::vector<std::string> Shear::Warnings(const Program& program) const {
 
 Program Shear::Plan(const SimulatedPowder& powder, const Conditions& conditions,
                     const Numerics& numerics, Fidelity fidelity, std::uint64_t seed) const {
-  const Size size = SizeOf(fidelity);
+  const CellSize size = SizeOf(fidelity);
   const double scale = conditions.stress.value() / preshear_;
   ShearProtocol protocol{.cell = cell_,
                          .count = size.count,

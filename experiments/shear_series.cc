@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <numbers>
 #include <optional>
 
+#include "experiments/packing_measures.h"
 #include "experiments/shear_cells.h"
 
 namespace powdercal {
@@ -49,12 +49,6 @@ std::vector<ShearStage> ShearStages(const Program& program, const Trace& trace) 
     begin = moment.time;
   }
   return stages;
-}
-
-double SolidVolume(const Packing& packing) {
-  double sum = 0;
-  for (const Sphere& s : packing) sum += s.radius * s.radius * s.radius;
-  return 4.0 / 3 * std::numbers::pi * sum;
 }
 
 // Indices of the times in (begin, end].

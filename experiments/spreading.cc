@@ -8,6 +8,7 @@
 #include "core/errors.h"
 #include "core/quantity.h"
 #include "experiments/layer_measures.h"
+#include "experiments/packing_measures.h"
 #include "experiments/pouring.h"
 
 namespace powdercal {
@@ -30,12 +31,12 @@ const std::vector<std::string>& PlateNames() {
   return kNames;
 }
 
-struct Size {
+struct SweepSize {
   double sweep = 0;  // [m]
   double width = 0;  // [m]
 };
 
-Size SizeOf(Fidelity fidelity, double diameter) {
+SweepSize SizeOf(Fidelity fidelity, double diameter) {
   switch (fidelity) {
     case Fidelity::quick:
       return {36 * diameter, 6 * diameter};

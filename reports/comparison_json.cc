@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/errors.h"
+#include "core/json.h"
 
 namespace powdercal {
 namespace {
@@ -13,18 +14,18 @@ namespace {
 using namespace comparison;
 using nlohmann::json;
 
-json Number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
-
 json Numbers(const std::vector<double>& values) {
   json list = json::array();
-  for (const double value : values) list.push_back(Number(value));
+  for (const double value : values) list.push_back(JsonNumber(value));
   return list;
 }
 
 double ToNumber(const json& value) { return value.is_null() ? kNone : value.get<double>(); }
 
 json ToJson(const Quartiles& q) {
-  return {{"lower", Number(q.lower)}, {"median", Number(q.median)}, {"upper", Number(q.upper)}};
+  return {{"lower", JsonNumber(q.lower)},
+          {"median", JsonNumber(q.median)},
+          {"upper", JsonNumber(q.upper)}};
 }
 
 json ToJson(const Band& band) {
@@ -33,9 +34,9 @@ json ToJson(const Band& band) {
                  {"median", json::array()},
                  {"upper", json::array()}};
   for (const Quartiles& q : band.y) {
-    object["lower"].push_back(Number(q.lower));
-    object["median"].push_back(Number(q.median));
-    object["upper"].push_back(Number(q.upper));
+    object["lower"].push_back(JsonNumber(q.lower));
+    object["median"].push_back(JsonNumber(q.median));
+    object["upper"].push_back(JsonNumber(q.upper));
   }
   return object;
 }
@@ -43,10 +44,10 @@ json ToJson(const Band& band) {
 json ToJson(const FriedmanTest& test) {
   return {{"blocks", test.blocks},
           {"treatments", test.treatments},
-          {"chi_squared", Number(test.chi_squared)},
-          {"chi_squared_p", Number(test.chi_squared_p)},
-          {"f", Number(test.f)},
-          {"f_p", Number(test.f_p)}};
+          {"chi_squared", JsonNumber(test.chi_squared)},
+          {"chi_squared_p", JsonNumber(test.chi_squared_p)},
+          {"f", JsonNumber(test.f)},
+          {"f_p", JsonNumber(test.f_p)}};
 }
 
 json ToJson(const Contestant& contestant) {
@@ -69,8 +70,8 @@ json ToJson(const Standing& standing, const Comparison& comparison) {
                  {"within_core_seconds", ToJson(standing.within_core_seconds)},
                  {"evaluations_to_level", ToJson(standing.to_level)},
                  {"seeds_that_reached_level", standing.reached},
-                 {"mean_rank", Number(standing.mean_rank)},
-                 {"mean_rank_by_cost", Number(standing.mean_rank_by_cost)},
+                 {"mean_rank", JsonNumber(standing.mean_rank)},
+                 {"mean_rank_by_cost", JsonNumber(standing.mean_rank_by_cost)},
                  {"evaluations", ToJson(standing.evaluations)},
                  {"core_seconds", ToJson(standing.core_seconds)},
                  {"parallel_efficiency", ToJson(standing.parallel_efficiency)},
@@ -101,7 +102,7 @@ json ToJson(const ContestRecord& record) {
   json hold_out = json::array();
   for (const HoldOut& one : record.hold_out) {
     hold_out.push_back(
-        {{"fidelity", one.fidelity}, {"seeds", one.seeds}, {"chi2", Number(one.chi2)}});
+        {{"fidelity", one.fidelity}, {"seeds", one.seeds}, {"chi2", JsonNumber(one.chi2)}});
   }
   return {{"optimizer", record.label},
           {"seed", record.seed},
@@ -114,7 +115,7 @@ json ToJson(const ContestRecord& record) {
           {"end", record.end},
           {"error", record.error},
           {"parameters", Numbers(record.parameters)},
-          {"fit", Number(record.fit)},
+          {"fit", JsonNumber(record.fit)},
           {"hold_out", std::move(hold_out)},
           {"core_seconds", record.core_seconds},
           {"busy_s", record.busy_seconds},
@@ -174,10 +175,10 @@ json SourceToJson(const Setting& setting) {
     responses.push_back({{"response", one.response},
                          {"unit", one.unit},
                          {"points", one.points},
-                         {"leave_one_out_r2", Number(one.leave_one_out_r2)},
+                         {"leave_one_out_r2", JsonNumber(one.leave_one_out_r2)},
                          {"seed_sd", one.seed_sd},
                          {"sd_from_replicates", one.from_replicates},
-                         {"residuals_over_sd", Number(one.share_of_sd)}});
+                         {"residuals_over_sd", JsonNumber(one.share_of_sd)}});
   }
   object.update({{"points", setting.emulator_points},
                  {"runs", setting.emulator_runs},
@@ -188,7 +189,7 @@ json SourceToJson(const Setting& setting) {
 
 json RulesToJson(const Setting& setting) {
   return {{"evaluations", setting.rules.evaluations},
-          {"core_seconds", Number(setting.rules.core_seconds)},
+          {"core_seconds", JsonNumber(setting.rules.core_seconds)},
           {"replicates", setting.rules.replicates},
           {"slots", setting.rules.slots},
           {"cores_per_simulation", setting.rules.cores},
@@ -233,13 +234,13 @@ json ComparisonToJson(const Comparison& comparison) {
           {"recommendation", RecommendationToJson(comparison)},
           {"optimizers", std::move(standings)},
           {"refused", std::move(refused)},
-          {"level", Number(comparison.level)},
+          {"level", JsonNumber(comparison.level)},
           {"negligible", comparison.negligible},
-          {"core_seconds", Number(comparison.core_seconds)},
+          {"core_seconds", JsonNumber(comparison.core_seconds)},
           {"targets", Numbers(comparison.targets)},
           {"friedman", ToJson(comparison.friedman)},
           {"friedman_by_cost", ToJson(comparison.friedman_by_cost)},
-          {"critical_difference", Number(comparison.critical_difference)},
+          {"critical_difference", JsonNumber(comparison.critical_difference)},
           {"alpha", kAlpha},
           {"warnings", setting.warnings},
           {"command", setting.command},

@@ -19,8 +19,6 @@ namespace {
 
 using namespace comparison;
 
-std::string H(std::string_view text) { return EscapeHtml(text); }
-
 // χ² as people write it, and `names` as code.
 std::string Words(const std::string& text) {
   std::string html;

@@ -12,8 +12,6 @@
 namespace powdercal {
 namespace {
 
-std::string H(std::string_view text) { return EscapeHtml(text); }
-
 std::string Header(const std::string& markup, bool number, std::string_view unit = "") {
   const std::string pretty = PrettyUnit(unit);
   return fmt::format("<th{}>{}{}</th>", number ? " class=\"number\"" : "", markup,

@@ -13,8 +13,6 @@
 namespace powdercal {
 namespace {
 
-std::string H(std::string_view text) { return EscapeHtml(text); }
-
 std::string Value(double value, const std::string& unit, int digits = 4) {
   return H(ValueText(value, unit, digits));
 }

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/json.h"
 #include "reports/statements.h"
 #include "reports/text.h"
 
@@ -18,10 +19,6 @@ using nlohmann::json;
 std::string WithUnit(const std::string& text, std::string_view unit) {
   const std::string pretty = PrettyUnit(unit);
   return pretty.empty() ? text : fmt::format("{} ({})", text, pretty);
-}
-
-json Finite(const std::optional<double>& value) {
-  return value && std::isfinite(*value) ? json(*value) : json(nullptr);
 }
 
 std::string KindOf(const EvaluationResult& evaluation, const EvaluationResult* best) {
@@ -75,19 +72,20 @@ json EvaluationRows(const StudyResults& results) {
   const EvaluationResult* best = BestEvaluation(results);
   json rows = json::array();
   for (const EvaluationResult& evaluation : results.history) {
-    json row = {{"evaluation", evaluation.id},     {"origin", evaluation.origin},
-                {"outcome", evaluation.outcome},   {"kind", KindOf(evaluation, best)},
-                {"chi2", Finite(evaluation.chi2)}, {"best_chi2", Finite(evaluation.best_chi2)}};
+    json row = {
+        {"evaluation", evaluation.id},         {"origin", evaluation.origin},
+        {"outcome", evaluation.outcome},       {"kind", KindOf(evaluation, best)},
+        {"chi2", JsonNumber(evaluation.chi2)}, {"best_chi2", JsonNumber(evaluation.best_chi2)}};
     for (std::size_t i = 0; i < results.parameters.size(); ++i) {
       const auto found = evaluation.parameters.find(results.parameters[i].name);
       row[fmt::format("p{}", i)] =
-          found == evaluation.parameters.end() ? json(nullptr) : Finite(found->second);
+          found == evaluation.parameters.end() ? json(nullptr) : JsonNumber(found->second);
       if (results.parameters[i].categorical() && found != evaluation.parameters.end()) {
         row[fmt::format("category{}", i)] = results.parameters[i].CategoryAt(found->second);
       }
     }
     for (std::size_t i = 0; i < evaluation.responses.size(); ++i) {
-      row[fmt::format("r{}", i)] = Finite(evaluation.responses[i].simulated);
+      row[fmt::format("r{}", i)] = JsonNumber(evaluation.responses[i].simulated);
     }
     rows.push_back(std::move(row));
   }

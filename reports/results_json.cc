@@ -3,6 +3,7 @@
 #include <cmath>
 #include <optional>
 
+#include "core/json.h"
 #include "reports/statements.h"
 
 namespace powdercal {
@@ -10,12 +11,9 @@ namespace {
 
 using nlohmann::json;
 
-json Number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
-json Number(const std::optional<double>& value) { return value ? Number(*value) : json(nullptr); }
-
 json Numbers(const std::map<std::string, double>& values) {
   json object = json::object();
-  for (const auto& [name, value] : values) object[name] = Number(value);
+  for (const auto& [name, value] : values) object[name] = JsonNumber(value);
   return object;
 }
 
@@ -42,8 +40,8 @@ json Parameters(const std::vector<Parameter>& parameters) {
     list.push_back({{"name", parameter.name},
                     {"symbol", parameter.symbol},
                     {"unit", parameter.unit},
-                    {"lower", Number(parameter.lower)},
-                    {"upper", Number(parameter.upper)},
+                    {"lower", JsonNumber(parameter.lower)},
+                    {"upper", JsonNumber(parameter.upper)},
                     {"scale", parameter.logarithmic ? "log" : "linear"}});
   }
   return list;
@@ -54,9 +52,9 @@ json Targets(const StudyResults& results) {
   for (const ResponseResult& target : TargetResponses(results)) {
     list.push_back({{"response", target.name},
                     {"unit", target.unit},
-                    {"observed", Number(target.observed)},
-                    {"sd", Number(target.sd)},
-                    {"tolerance", Number(target.tolerance)},
+                    {"observed", JsonNumber(target.observed)},
+                    {"sd", JsonNumber(target.sd)},
+                    {"tolerance", JsonNumber(target.tolerance)},
                     {"source", target.source}});
   }
   return list;
@@ -98,17 +96,18 @@ json FittedResponses(const std::vector<ResponseResult>& responses) {
   for (const ResponseResult& response : responses) {
     const Fit fit = JudgeFit(response);
     const bool observed = response.was_observed();
-    object[response.name] = {{"simulated", Number(response.simulated)},
-                             {"seed_sd", Number(response.seed_sd)},
-                             {"replicates", response.replicates},
-                             {"observed", observed ? Number(response.observed) : json(nullptr)},
-                             {"sd", observed ? Number(response.sd) : json(nullptr)},
-                             {"unit", response.unit},
-                             {"deviation", Number(fit.deviation)},
-                             {"standard_deviations_off", Number(StandardDeviationsOff(response))},
-                             {"tolerance", Number(response.tolerance)},
-                             {"within", observed ? json(fit.within) : json(nullptr)},
-                             {"source", response.source}};
+    object[response.name] = {
+        {"simulated", JsonNumber(response.simulated)},
+        {"seed_sd", JsonNumber(response.seed_sd)},
+        {"replicates", response.replicates},
+        {"observed", observed ? JsonNumber(response.observed) : json(nullptr)},
+        {"sd", observed ? JsonNumber(response.sd) : json(nullptr)},
+        {"unit", response.unit},
+        {"deviation", JsonNumber(fit.deviation)},
+        {"standard_deviations_off", JsonNumber(StandardDeviationsOff(response))},
+        {"tolerance", JsonNumber(response.tolerance)},
+        {"within", observed ? json(fit.within) : json(nullptr)},
+        {"source", response.source}};
   }
   return object;
 }
@@ -129,8 +128,8 @@ json Failures(const std::vector<ExperimentFailure>& failures) {
 void AddObjectives(const StudyResults& results, const EvaluationResult& evaluation, json& object) {
   for (std::size_t o = 0; o < results.objectives.size(); ++o) {
     const ObjectiveResult& objective = evaluation.objectives[o];
-    object["objectives"][results.objectives[o]] = {{"chi2", Number(objective.chi2)},
-                                                   {"misfit", Number(objective.misfit)}};
+    object["objectives"][results.objectives[o]] = {{"chi2", JsonNumber(objective.chi2)},
+                                                   {"misfit", JsonNumber(objective.misfit)}};
   }
 }
 
@@ -138,7 +137,7 @@ json FittedPoint(const StudyResults& results, const EvaluationResult& evaluation
   json point = {{"evaluation", evaluation.id},
                 {"parameters", Values(results.parameters, evaluation.parameters)},
                 {"responses", FittedResponses(evaluation.responses)},
-                {"chi2", Number(evaluation.chi2)}};
+                {"chi2", JsonNumber(evaluation.chi2)}};
   AddObjectives(results, evaluation, point);
   return point;
 }
@@ -156,8 +155,8 @@ json Pareto(const StudyResults& results) {
 json HistoryEntry(const StudyResults& results, const EvaluationResult& evaluation) {
   json responses = json::object();
   for (const ResponseResult& response : evaluation.responses) {
-    responses[response.name] = {{"simulated", Number(response.simulated)},
-                                {"seed_sd", Number(response.seed_sd)},
+    responses[response.name] = {{"simulated", JsonNumber(response.simulated)},
+                                {"seed_sd", JsonNumber(response.seed_sd)},
                                 {"replicates", response.replicates}};
   }
   json entry = {{"evaluation", evaluation.id},
@@ -166,8 +165,8 @@ json HistoryEntry(const StudyResults& results, const EvaluationResult& evaluatio
                 {"fidelity", evaluation.fidelity},
                 {"outcome", evaluation.outcome},
                 {"responses", std::move(responses)},
-                {"chi2", Number(evaluation.chi2)},
-                {"best_chi2", Number(evaluation.best_chi2)}};
+                {"chi2", JsonNumber(evaluation.chi2)},
+                {"best_chi2", JsonNumber(evaluation.best_chi2)}};
   AddObjectives(results, evaluation, entry);
   return entry;
 }
@@ -186,15 +185,15 @@ json Effect(const ApproximationEffect& effect) {
     const ResponseResult& approximated = effect.approximated[i];
     const BackendDifference difference = CompareBackends(approximated, exact);
     const auto side = [](const ResponseResult& response) -> json {
-      return {{"simulated", Number(response.simulated)},
-              {"seed_sd", Number(response.seed_sd)},
+      return {{"simulated", JsonNumber(response.simulated)},
+              {"seed_sd", JsonNumber(response.seed_sd)},
               {"replicates", response.replicates}};
     };
     responses[exact.name] = {{"unit", exact.unit},
                              {"exact", side(exact)},
                              {"approximated", side(approximated)},
-                             {"difference", Number(difference.value)},
-                             {"difference_sd", Number(difference.sd)}};
+                             {"difference", JsonNumber(difference.value)},
+                             {"difference_sd", JsonNumber(difference.sd)}};
   }
   return {{"backend", effect.backend},
           {"version", effect.version},
@@ -210,8 +209,8 @@ json Confirmations(const StudyResults& results, const EvaluationResult& best) {
       const BackendDifference difference =
           CompareBackends(confirmation.responses[i], best.responses[i]);
       json& response = responses[confirmation.responses[i].name];
-      response["difference"] = Number(difference.value);
-      response["difference_sd"] = Number(difference.sd);
+      response["difference"] = JsonNumber(difference.value);
+      response["difference_sd"] = JsonNumber(difference.sd);
     }
     list.push_back({{"backend", confirmation.backend},
                     {"version", confirmation.version},
@@ -221,7 +220,7 @@ json Confirmations(const StudyResults& results, const EvaluationResult& best) {
                     {"conclusion", ConfirmationHeadline(results, confirmation)},
                     {"contact_law_as_run", confirmation.law},
                     {"responses", std::move(responses)},
-                    {"chi2", Number(confirmation.chi2)},
+                    {"chi2", JsonNumber(confirmation.chi2)},
                     {"failures", Failures(confirmation.failures)}});
   }
   return list;
@@ -237,7 +236,7 @@ json RunEntry(const EvaluationResult& evaluation, const RunResult& run) {
           {"program_hash", run.program_hash},
           {"outcome", run.reason},
           {"message", run.message},
-          {"wall_s", Number(run.wall_seconds)},
+          {"wall_s", JsonNumber(run.wall_seconds)},
           {"responses", Numbers(run.responses)},
           {"diagnostics", Numbers(run.diagnostics)},
           {"law", run.law}};
@@ -246,7 +245,7 @@ json RunEntry(const EvaluationResult& evaluation, const RunResult& run) {
 }  // namespace
 
 json ValueToJson(const Parameter& parameter, double value) {
-  return parameter.categorical() ? json(parameter.CategoryAt(value)) : Number(value);
+  return parameter.categorical() ? json(parameter.CategoryAt(value)) : JsonNumber(value);
 }
 
 json ApproximationsToJson(const std::vector<ApproximationStatement>& approximations) {
@@ -264,18 +263,18 @@ json PiGroupsToJson(const std::vector<ScalingTable>& tables) {
     for (const GroupComparison& group : table.groups) {
       groups.push_back({{"symbol", group.symbol},
                         {"meaning", group.meaning},
-                        {"experiment", Number(group.experiment)},
-                        {"simulation", Number(group.simulation)},
-                        {"ratio", Number(group.ratio)},
+                        {"experiment", JsonNumber(group.experiment)},
+                        {"simulation", JsonNumber(group.simulation)},
+                        {"ratio", JsonNumber(group.ratio)},
                         {"verdict", ToString(group.verdict)},
                         {"remark", group.remark},
-                        {"tolerance", Number(group.tolerance)},
+                        {"tolerance", JsonNumber(group.tolerance)},
                         {"source", group.source},
                         {"numerical", group.numerical}});
     }
     json entry = {{"experiment", table.experiment}, {"groups", std::move(groups)}};
     if (table.cohesion) {
-      entry["effective_surface_energy"] = {{"value", Number(table.cohesion->surface_energy)},
+      entry["effective_surface_energy"] = {{"value", JsonNumber(table.cohesion->surface_energy)},
                                            {"unit", "J/m2"},
                                            {"kept", table.cohesion->kept}};
     }
@@ -346,10 +345,10 @@ json ResultsToJson(const StudyResults& results) {
       {"pi_groups", PiGroupsToJson(results.scaling_tables)},
       {"caveats", Caveats(results)},
       {"warnings", results.warnings},
-      {"wall_s", Number(results.wall_seconds)},
-      {"simulation_s", Number(results.simulation_seconds)},
-      {"overhead_s", Number(results.overhead_seconds)},
-      {"overhead_fraction", Number(overhead)},
+      {"wall_s", JsonNumber(results.wall_seconds)},
+      {"simulation_s", JsonNumber(results.simulation_seconds)},
+      {"overhead_s", JsonNumber(results.overhead_seconds)},
+      {"overhead_fraction", JsonNumber(overhead)},
       {"parallel", results.parallel}};
   if (!results.simulated) root["notice"] = NoSimulationNotice(results);
   return root;

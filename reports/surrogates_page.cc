@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "core/json.h"
 #include "core/version.h"
 #include "reports/assets.h"
 #include "reports/html_page.h"
@@ -21,12 +22,10 @@ constexpr char kSchema[] = "https://vega.github.io/schema/vega-lite/v5.json";
 constexpr char kBestColour[] = "#14602f";
 constexpr char kColour[] = "#0b5cad";
 
-json Finite(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
-
 json Partitions(const RepeatedAccuracy& accuracy) {
-  return {{"r2", Finite(accuracy.median_r2())},
+  return {{"r2", JsonNumber(accuracy.median_r2())},
           {"r2_each", accuracy.r2},
-          {"rmse", Finite(accuracy.rmse)}};
+          {"rmse", JsonNumber(accuracy.rmse)}};
 }
 
 json ToJson(const SurrogateAccuracy& one) {
@@ -36,8 +35,8 @@ json ToJson(const SurrogateAccuracy& one) {
           {"problem", ""},
           {"description", one.description},
           {"leave_one_out",
-           {{"r2", Finite(one.leave_one_out.r2)},
-            {"rmse", Finite(one.leave_one_out.rmse)},
+           {{"r2", JsonNumber(one.leave_one_out.r2)},
+            {"rmse", JsonNumber(one.leave_one_out.rmse)},
             {"predicted", std::vector<double>(predicted.begin(), predicted.end())}}},
           {"k_fold", Partitions(one.k_fold)},
           {"hold_out", Partitions(one.hold_out)}};
@@ -48,7 +47,7 @@ std::string WithUnit(const std::string& name, const std::string& unit) {
   return pretty.empty() ? name : fmt::format("{} ({})", name, pretty);
 }
 
-std::string Number(const json& value, int digits = 3) {
+std::string NumberOrDash(const json& value, int digits = 3) {
   return value.is_number() ? NumberText(value.get<double>(), digits) : "—";
 }
 
@@ -90,7 +89,7 @@ std::string TableOf(const json& document, const json& response) {
     html += fmt::format(
         "<td class=\"number\">{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td>"
         "<td class=\"number\">{}</td><td class=\"small\">{}</td></tr>\n",
-        R2Cell(one.at("leave_one_out").at("r2")), Number(one.at("leave_one_out").at("rmse")),
+        R2Cell(one.at("leave_one_out").at("r2")), NumberOrDash(one.at("leave_one_out").at("rmse")),
         PartitionsCell(one.at("k_fold")), PartitionsCell(one.at("hold_out")),
         EscapeHtml(one.at("description").get<std::string>()));
   }

@@ -9,6 +9,8 @@ namespace powdercal {
 /// The text with &, <, >, " and ' as entities, bytes that are not UTF-8 and control characters
 /// replaced: safe as an element's content and inside a quoted attribute.
 std::string EscapeHtml(std::string_view text);
+/// The same, where pages are put together.
+inline std::string H(std::string_view text) { return EscapeHtml(text); }
 
 /// "consolidation.void_ratio" → "void ratio", "cohesion_energy_density" → "cohesion energy
 /// density".

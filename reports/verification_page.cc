@@ -19,8 +19,6 @@ namespace {
 
 using namespace verification;
 
-std::string H(std::string_view text) { return EscapeHtml(text); }
-
 const char* TagOf(Verdict verdict) {
   switch (verdict) {
     case Verdict::equivalent:

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/errors.h"
+#include "core/json.h"
 
 namespace powdercal {
 namespace {
@@ -41,10 +42,9 @@ CREATE TABLE sessions (
   wall_seconds REAL NOT NULL DEFAULT 0, overhead_seconds REAL NOT NULL DEFAULT 0);
 )";
 
-// JSON has no NaN; null stands for it.
 json ToJson(const Eigen::VectorXd& vector) {
   json list = json::array();
-  for (const double value : vector) list.push_back(std::isfinite(value) ? json(value) : json());
+  for (const double value : vector) list.push_back(JsonNumber(value));
   return list;
 }
 

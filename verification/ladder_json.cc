@@ -3,23 +3,23 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "core/json.h"
+
 namespace powdercal::verification {
 namespace {
 
 using nlohmann::json;
 
-json Number(double value) { return std::isfinite(value) ? json(value) : json(); }
-
 json ToJson(const SeedStatistics& s) {
   return {{"n", s.n},
-          {"mean_a", Number(s.mean_a)},
-          {"mean_b", Number(s.mean_b)},
-          {"sd_a", Number(s.sd_a)},
-          {"sd_b", Number(s.sd_b)},
-          {"sd_difference", Number(s.sd_difference)},
-          {"lower", Number(s.lower)},
-          {"upper", Number(s.upper)},
-          {"p", Number(s.p)},
+          {"mean_a", JsonNumber(s.mean_a)},
+          {"mean_b", JsonNumber(s.mean_b)},
+          {"sd_a", JsonNumber(s.sd_a)},
+          {"sd_b", JsonNumber(s.sd_b)},
+          {"sd_difference", JsonNumber(s.sd_difference)},
+          {"lower", JsonNumber(s.lower)},
+          {"upper", JsonNumber(s.upper)},
+          {"p", JsonNumber(s.p)},
           {"seeds_needed", s.seeds_needed == 0 ? json() : json(s.seeds_needed)}};
 }
 
@@ -27,8 +27,8 @@ json ToJson(const Quantity& quantity) {
   json object = {{"name", quantity.name},
                  {"unit", quantity.unit},
                  {"scale", quantity.scale},
-                 {"difference", Number(quantity.difference)},
-                 {"tolerance", Number(quantity.tolerance)},
+                 {"difference", JsonNumber(quantity.difference)},
+                 {"tolerance", JsonNumber(quantity.tolerance)},
                  {"tolerance_reason", quantity.tolerance_reason},
                  {"verdict", ToString(quantity.verdict)},
                  {"counts", quantity.counts},
@@ -99,7 +99,7 @@ json LadderToJson(const LadderReport& report) {
       {"findings", findings},
       {"failed_runs", failures},
       {"interrupted", report.interrupted},
-      {"wall_s", Number(report.wall_seconds)}};
+      {"wall_s", JsonNumber(report.wall_seconds)}};
 }
 
 }  // namespace powdercal::verification

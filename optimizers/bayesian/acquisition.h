@@ -23,6 +23,9 @@ class Acquisition {
   virtual const Eigen::VectorXd& best_point() const = 0;
 };
 
+/// chi² below which there is nothing left to improve; only keeps logarithms finite.
+inline constexpr double kSmallestObjective = 1e-16;
+
 /// ln mean exp of the values, −∞ where all are; shares: how much each contributes, sum 1 (or 0).
 double LogMeanExp(const Eigen::ArrayXd& values, Eigen::ArrayXd* shares);
 

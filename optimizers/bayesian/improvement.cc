@@ -13,8 +13,6 @@ namespace powdercal {
 namespace {
 
 constexpr int kSamples = 16;  // of the outcomes of pending evaluations
-// chi² below which there is nothing left to improve; only keeps logarithms finite.
-constexpr double kSmallestObjective = 1e-16;
 
 }  // namespace
 

@@ -11,8 +11,6 @@ namespace powdercal {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-// chi² below which there is nothing left to improve; only keeps logarithms finite.
-constexpr double kSmallestObjective = 1e-16;
 
 // ln E[max(0, level − objective)] with derivatives by the term's own responses.
 double LogImprovementBelow(const ObjectiveTerm& term, double level, const Eigen::ArrayXd& means,

@@ -2,18 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace powdercal {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 const SearchStep* BestOf(const std::vector<SearchStep>& steps) {
   const auto best =
       std::min_element(steps.begin(), steps.end(),
                        [](const SearchStep& a, const SearchStep& b) { return a.value < b.value; });
-  return best == steps.end() || best->value == kInfinity ? nullptr : &*best;
+  return best == steps.end() || best->value == HUGE_VAL ? nullptr : &*best;
 }
 
 double TrustedLength(const std::vector<SearchStep>& steps, int patience) {
@@ -23,7 +20,7 @@ double TrustedLength(const std::vector<SearchStep>& steps, int patience) {
   constexpr int kSuccesses = 3;
   constexpr double kImprovement = 1e-3;
   double length = kFirst;
-  double best = kInfinity;
+  double best = HUGE_VAL;
   int successes = 0;
   int failures = 0;
   for (const SearchStep& step : steps) {

@@ -5,12 +5,12 @@
 #include <numbers>
 
 #include "optimizers/metaheuristics/pagmo_methods.h"
+#include "optimizers/metaheuristics/variation.h"
 
 namespace powdercal {
 namespace {
 
 constexpr std::size_t kMemory = 6;  // H of Tanabe & Fukunaga
-constexpr int kTriesForANewPoint = 10;
 
 struct Setting {
   double f = 0.5;

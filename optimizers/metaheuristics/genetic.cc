@@ -7,8 +7,6 @@
 namespace powdercal {
 namespace {
 
-constexpr int kTriesForANewPoint = 10;
-
 class Genetic final : public Strategy {
  public:
   Genetic(const GeneticOptions& options, const SearchProblem& problem)

@@ -21,6 +21,9 @@ struct VariationOptions {
   void Serialize(Archive& archive);
 };
 
+/// How often a child that equals a known point is changed once more.
+inline constexpr int kTriesForANewPoint = 10;
+
 /// Crossover and mutation in the unit box. Continuous parameters: simulated binary crossover (Deb &
 /// Agrawal 1995), each parameter with probability ½, and polynomial mutation (Deb & Goyal 1996),
 /// both in their bounded form, which does not leave the box. Discrete ones: a child has the level
