@@ -61,6 +61,9 @@ void WeighAsThePapers(BedSetup& bed) {
 Variant TimeStep(const char* name, double time_step) {
   return {name, "time step", [=](Protocol& p) { p.bed.time_step = time_step; }};
 }
+Variant Slides(const char* name, double friction) {
+  return {name, "friction", [=](Protocol& p) { p.bed.friction = friction; }};
+}
 Variant Held(const char* name, double hold) {
   return {name, "hold", [=](Protocol& p) { p.bed.hold = hold; }};
 }
@@ -98,8 +101,11 @@ std::vector<Variant> NumericsAndLaw() {
       {"tangential_reduce", "tangential_reduce",
        [](Protocol& p) { p.bed.law.tangential_reduce = true; }},
       {"limit_force", "limit_force", [](Protocol& p) { p.bed.law.limit_force = true; }},
-      {"friction 0", "friction", [](Protocol& p) { p.bed.friction = 0; }},
-      {"friction 10 (never slides)", "friction", [](Protocol& p) { p.bed.friction = 10; }},
+      Slides("friction 0", 0),
+      Slides("friction 0.03", 0.03),
+      Slides("friction 0.06", 0.06),
+      Slides("friction 0.1", 0.1),
+      Slides("friction 10 (never slides)", 10),
       {"walls without cohesion", "walls", [](Protocol& p) { p.bed.sticky_walls = false; }},
       {"k/2", "cohesion", [](Protocol& p) { p.bed.cohesion_factor = 0.5; }},
       {"2k", "cohesion", [](Protocol& p) { p.bed.cohesion_factor = 2; }},

@@ -93,7 +93,8 @@ const discs = ({particles}) => {
   return text + '</g>';
 };
 
-const kLabel = 60; // µm, above each picture
+const unit = Math.max(1, (columns * (x1 - x0)) / 2800); // of text, in wide pictures
+const kLabel = Math.round(60 * unit); // µm, above each picture
 const kMargin = 40;
 const height = high - low + kLabel + 30;
 const width = x1 - x0 + 2 * kMargin;
@@ -103,11 +104,12 @@ const drawBlade = (blade) => (top ? rectangle(blade.back - x0, blade.x - x0, 0, 
   : rectangle(blade.back - x0, blade.x - x0, 0, high - blade.gap, '#334155'));
 const drawRow = (row, i) => {
   const at = [kMargin + (i % columns) * width, kLabel + Math.floor(i / columns) * height].map(Math.round);
-  return `<g transform="translate(${at.join(' ')})"><text y="-16" font-size="36" fill="#111">${row.label}</text>` +
+  return `<g transform="translate(${at.join(' ')})"><text y="${Math.round(-16 * unit)}" font-size="${Math.round(36 * unit)}" fill="#111">${row.label}</text>` +
     `<g stroke="#2228" stroke-width="1.2">${discs(row)}</g>${row.blade ? drawBlade(row.blade) : ''}</g>`;
 };
-const size = [Math.round(columns * width), Math.round(Math.ceil(rows.length / columns) * height + 80)];
-const scale = `<g transform="translate(${kMargin} ${size[1] - 30})"><path d="M0 0h200" stroke="#111" stroke-width="6"/>` +
-  '<text x="215" y="12" font-size="34" fill="#111">200 µm</text></g>';
+const size = [Math.round(columns * width), Math.round(Math.ceil(rows.length / columns) * height + 80 * unit)];
+const bar = unit > 1 ? 1000 : 200; // µm
+const scale = `<g transform="translate(${kMargin} ${Math.round(size[1] - 30 * unit)})"><path d="M0 0h${bar}" stroke="#111" stroke-width="6"/>` +
+  `<text x="${bar + 15}" y="${Math.round(12 * unit)}" font-size="${Math.round(34 * unit)}" fill="#111">${bar} µm</text></g>`;
 writeFileSync(target, `<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 ${size.join(' ')}" width="1000" font-family="sans-serif">` +
   `<rect width="100%" height="100%" fill="white"/>${rows.map(drawRow).join('\n')}${scale}</svg>\n`);

@@ -14,10 +14,6 @@
 namespace powdercal {
 namespace {
 
-const double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-Eigen::VectorXd Scalar(double value) { return Eigen::VectorXd::Constant(1, value); }
-
 double Branin(const Eigen::VectorXd& u) {
   const double x = 15 * u[0] - 5;
   const double y = 15 * u[1];
@@ -26,21 +22,6 @@ double Branin(const Eigen::VectorXd& u) {
   return a * a + 10 * (1 - 1 / (8 * pi)) * std::cos(x) + 10;
 }
 constexpr double kBraninMinimum = 0.39788735772973816;
-
-// Two responses that determine a point: (0.3, 0.6) gives (0.48, 0.51).
-Eigen::VectorXd TwoResponses(const Eigen::VectorXd& x) {
-  return Eigen::Vector2d(x[0] + 0.5 * x[1] * x[1], x[1] - 0.3 * x[0]);
-}
-
-double SmallestDistance(const std::vector<Observation>& history) {
-  double smallest = 10;
-  for (std::size_t i = 1; i < history.size(); ++i) {
-    for (std::size_t j = 0; j < i; ++j) {
-      smallest = std::min(smallest, (history[i].point - history[j].point).norm());
-    }
-  }
-  return smallest;
-}
 
 double MedianBraninRegret(BayesianOptions::Acquisition acquisition) {
   std::vector<double> regrets;

@@ -5,12 +5,12 @@
 #include <atomic>
 #include <stdexcept>
 
+#include "tests/optimizers/problems.h"
+
 namespace powdercal {
 namespace {
 
 using Channel = BlockingSolver::Channel;
-
-Eigen::VectorXd Scalar(double value) { return Eigen::VectorXd::Constant(1, value); }
 
 BlockingSolver::Request At(double x) { return {.point = Scalar(x), .origin = "test"}; }
 

@@ -10,8 +10,6 @@
 namespace powdercal {
 namespace {
 
-Eigen::VectorXd Scalar(double value) { return Eigen::VectorXd::Constant(1, value); }
-
 // Rotated ellipsoid of condition 10^4 about 0.4.
 double Ellipsoid(const Eigen::VectorXd& x) {
   const Eigen::Index d = x.size();

@@ -5,12 +5,12 @@
 
 #include <cmath>
 
+#include "tests/optimizers/problems.h"
+
 namespace powdercal {
 namespace {
 
 using testing::ElementsAre;
-
-const double kNaN = std::nan("");
 
 std::vector<Individual> WithValues(const std::vector<std::vector<double>>& values) {
   std::vector<Individual> individuals;

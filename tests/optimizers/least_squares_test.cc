@@ -16,15 +16,6 @@ namespace {
 
 using testing::HasSubstr;
 
-const double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-// Two responses that determine a point: (0.3, 0.6) gives (0.48, 0.51).
-Eigen::VectorXd TwoResponses(const Eigen::VectorXd& x) {
-  return Eigen::Vector2d(x[0] + 0.5 * x[1] * x[1], x[1] - 0.3 * x[0]);
-}
-const Objectives kTwo = JointTargets({0.48, 0.51}, 0.01);
-const Eigen::Vector2d kTwoAnswer(0.3, 0.6);
-
 LeastSquaresOptions From(const std::vector<double>& start) {
   return {.initial_design = {.name = "list", .list = {start}}, .starts = 1};
 }

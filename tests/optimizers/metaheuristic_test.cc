@@ -16,8 +16,6 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-const double kNaN = std::nan("");
-
 // Smooth, with the optima of its one or two objectives apart.
 Eigen::VectorXd Bowls(const Eigen::VectorXd& x, int objectives) {
   Eigen::VectorXd values(objectives);

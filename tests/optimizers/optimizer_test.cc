@@ -86,12 +86,12 @@ TEST(ChiSquaredTest, AddsUpWhatIsKnown) {
 }
 
 TEST(RegistryTest, EveryNameMakesAFactoryOfThatName) {
-  EXPECT_THAT(std::vector<std::string>(OptimizerNames().begin(), OptimizerNames().end()),
-              testing::ElementsAre("ant_colony", "bayesian", "cma_es", "corners_and_centre",
-                                   "differential_evolution", "genetic", "grid", "latin_hypercube",
-                                   "least_squares", "list", "moead", "nsga2", "nspso",
-                                   "orthogonal_array", "particle_swarm", "random", "sobol",
-                                   "surrogate_lm"));
+  EXPECT_THAT(
+      std::vector<std::string>(OptimizerNames().begin(), OptimizerNames().end()),
+      testing::ElementsAre("ant_colony", "bayesian", "cma_es", "corners_and_centre",
+                           "differential_evolution", "genetic", "grid", "latin_hypercube",
+                           "least_squares", "list", "moead", "nsga2", "nspso", "orthogonal_array",
+                           "particle_swarm", "random", "sobol", "surrogate_lm"));
   for (const std::string& name : OptimizerNames()) {
     const std::unique_ptr<OptimizerFactory> factory = MakeOptimizerFactory(name);
     EXPECT_EQ(factory->name(), name);

@@ -94,9 +94,8 @@ TEST(OrthogonalDesignTest, ReadsItsLevelsAndRefusesOthersWithTheirPlace) {
   const SearchSpace space = UnitBox(2);
   DesignOptions options;
   const auto read = [&](const std::string& text) {
-    ReadYaml(text, "study.yaml", [&](Archive& archive) {
-      options.SerializeSection(archive, "initial_design", space);
-    });
+    ReadYaml(text, "study.yaml",
+             [&](Archive& archive) { options.SerializeSection(archive, "initial_design", space); });
   };
   read("initial_design: {name: orthogonal_array, levels: 5}\n");
   EXPECT_EQ(options.levels, 5);

@@ -20,8 +20,6 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-const double kNaN = std::numeric_limits<double>::quiet_NaN();
-
 TEST(NonDominatedTest, KeepsWhatNothingBeats) {
   Eigen::MatrixXd points(6, 2);
   points << 3, 1,  //

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <functional>
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -71,6 +73,33 @@ inline std::vector<Observation> RunSerially(Optimizer* optimizer, const Response
     optimizer->Tell(std::span(&history.back(), 1));
   }
   return history;
+}
+
+inline const double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+inline Eigen::VectorXd Scalar(double value) { return Eigen::VectorXd::Constant(1, value); }
+
+/// Two responses that determine a point: (0.3, 0.6) gives (0.48, 0.51).
+inline Eigen::VectorXd TwoResponses(const Eigen::VectorXd& x) {
+  return Eigen::Vector2d(x[0] + 0.5 * x[1] * x[1], x[1] - 0.3 * x[0]);
+}
+inline const Objectives kTwo = JointTargets({0.48, 0.51}, 0.01);
+inline const Eigen::Vector2d kTwoAnswer(0.3, 0.6);
+
+/// Between any two of the points; 1e300 of fewer than two.
+inline double SmallestDistance(const std::vector<Eigen::VectorXd>& points) {
+  double smallest = 1e300;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      smallest = std::min(smallest, (points[i] - points[j]).norm());
+    }
+  }
+  return smallest;
+}
+inline double SmallestDistance(const std::vector<Observation>& history) {
+  std::vector<Eigen::VectorXd> points;
+  for (const Observation& observation : history) points.push_back(observation.point);
+  return SmallestDistance(points);
 }
 
 }  // namespace powdercal

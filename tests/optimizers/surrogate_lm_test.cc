@@ -16,31 +16,12 @@ namespace {
 
 using testing::HasSubstr;
 
-const double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-// Two responses that determine a point: (0.3, 0.6) gives (0.48, 0.51).
-Eigen::VectorXd TwoResponses(const Eigen::VectorXd& x) {
-  return Eigen::Vector2d(x[0] + 0.5 * x[1] * x[1], x[1] - 0.3 * x[0]);
-}
-const Objectives kTwo = JointTargets({0.48, 0.51}, 0.01);
-const Eigen::Vector2d kTwoAnswer(0.3, 0.6);
-
 double BestDistance(const std::vector<Observation>& history) {
   double best = 1e300;
   for (const Observation& observation : history) {
     if (!observation.failed) best = std::min(best, (observation.point - kTwoAnswer).norm());
   }
   return best;
-}
-
-double SmallestDistance(const std::vector<Eigen::VectorXd>& points) {
-  double smallest = 1e300;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    for (std::size_t j = 0; j < i; ++j) {
-      smallest = std::min(smallest, (points[i] - points[j]).norm());
-    }
-  }
-  return smallest;
 }
 
 TEST(SurrogateLmTest, MatchesTwoResponsesWithinTenEvaluations) {

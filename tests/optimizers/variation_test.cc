@@ -19,8 +19,6 @@ SearchSpace LevelsSpace(Parameter::Kind kind, int levels) {
   return space;
 }
 
-Eigen::VectorXd Scalar(double value) { return Eigen::VectorXd::Constant(1, value); }
-
 // Deb & Agrawal 1995: the spread factor β of children to parents has P(β ≤ b) = b^(η+1)/2 up to 1
 // and 1 − b^−(η+1)/2 above.
 TEST(VariationTest, CrossoverSpreadsChildrenAsPublished) {
