@@ -18,6 +18,7 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
@@ -190,18 +191,24 @@ class Laboratory {
 
   // Those that are not known yet, several at a time.
   void RunAll(const std::vector<Program>& programs) {
+    std::set<std::string> keys;
+    std::vector<const Program*> open;
+    for (const Program& program : programs) {
+      const std::string key = KeyOf(program);
+      if (Find(key) == nullptr && keys.insert(key).second) open.push_back(&program);
+    }
     std::atomic<std::size_t> next = 0;
     std::vector<std::jthread> workers;
     for (int worker = 0; worker < options_.parallel; ++worker) {
       workers.emplace_back([&] {
-        for (std::size_t i = next++; i < programs.size(); i = next++) Run(programs[i]);
+        for (std::size_t i = next++; i < open.size(); i = next++) Run(*open[i]);
       });
     }
   }
 
   // {"outcome": …, "message": …, "readings": [...]}.
   const json& Run(const Program& program) {
-    const std::string key = options_.backend + " " + program.Hash();
+    const std::string key = KeyOf(program);
     if (const json* known = Find(key)) return *known;
     const std::filesystem::path folder =
         std::filesystem::temp_directory_path() /
@@ -224,6 +231,9 @@ class Laboratory {
   }
 
  private:
+  std::string KeyOf(const Program& program) const {
+    return options_.backend + " " + program.Hash();
+  }
   const json* Find(const std::string& key) {
     const std::lock_guard lock(mutex_);
     const auto known = known_.find(key);
