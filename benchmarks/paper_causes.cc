@@ -470,7 +470,7 @@ int RunProgram(int argc, char** argv) {
   program.add_option("--particles", options.particles, "in a cell 10 mean diameters wide")
       ->capture_default_str();
   program.add_option("--parallel", options.parallel, "simulations at a time")
-      ->check(CLI::PositiveNumber)
+      ->check(CLI::Range(1, 256))
       ->capture_default_str();
   program.add_option("--backend", options.backend, "embedded or liggghts")->capture_default_str();
   program.add_option("--keep", options.keep, "file of runs: those in it are not repeated");
