@@ -126,6 +126,10 @@ json Examine(const Options& options) {
   return report;
 }
 
+std::string OrNoLimit(const json& sd) {
+  return sd.is_null() ? "no limit" : fmt::format("{:.3g}", sd.get<double>());
+}
+
 void Print(const json& report) {
   const json& choice = report["choice"];
   fmt::print("{}\n", report["fit"].get<std::string>());
@@ -138,7 +142,8 @@ void Print(const json& report) {
              choice["de_dk"].get<double>(), choice["de_dmu_r"].get<double>());
   fmt::print(
       "an sd of e of {} is one of k of {} J/m3 with mu_r known, of mu_r of {} with k known\n",
-      report["sd"].dump(), choice["sd_k_at_that_mu_r"].dump(), choice["sd_mu_r_at_that_k"].dump());
+      report["sd"].dump(), OrNoLimit(choice["sd_k_at_that_mu_r"]),
+      OrNoLimit(choice["sd_mu_r_at_that_k"]));
   fmt::print("Sobol' total indices: k {:.4f}, mu_r {:.4f}\n",
              report["total_indices"]["k"].get<double>(),
              report["total_indices"]["mu_r"].get<double>());
