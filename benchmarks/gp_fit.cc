@@ -15,6 +15,7 @@
 
 #include "core/random.h"
 #include "core/table.h"
+#include "studies/surrogate_comparison.h"
 #include "surrogates/gaussian_process.h"
 #include "surrogates/validation.h"
 
@@ -64,18 +65,8 @@ Timing FitSeconds(int count, int repeats) {
 }
 
 Data Table3(const std::string& path) {
-  const Table table = Table::ReadCsv(path);
-  const std::vector<double>& k = table.Get("cohesion_energy_density", "J/m3").values;
-  const std::vector<double>& mu = table.Get("rolling_friction", "1").values;
-  const std::vector<double>& e = table.Get("consolidation.void_ratio", "1").values;
-  const auto n = static_cast<Eigen::Index>(e.size());
-  Data data{Eigen::MatrixXd(n, 2), Eigen::VectorXd(n)};
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const auto row = static_cast<std::size_t>(i);
-    data.points.row(i) << (k[row] - 1e2) / (1e5 - 1e2), (mu[row] - 0.05) / (0.7 - 0.05);
-    data.values[i] = e[row];
-  }
-  return data;
+  const KnownEvaluations known = EvaluationsOf(Table::ReadCsv(path), {}, {});
+  return {known.responses[0].points, known.responses[0].values};
 }
 
 // Largest difference to central differences, relative to the largest component of the gradient.

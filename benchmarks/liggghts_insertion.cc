@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <filesystem>
+#include <map>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -90,13 +91,11 @@ std::string DeckOf(const Program& program) {
   return deck + "\n";
 }
 
-}  // namespace
-
-Packing InsertByLiggghts(const Program& program) {
+Packing RunInsertion(const std::string& deck, int count) {
   const fs::path folder =
       fs::temp_directory_path() / fmt::format("liggghts_insertion-{}", getpid());
   fs::create_directories(folder);
-  WriteFileAtomically(folder / liggghts::kDeckFile, DeckOf(program));
+  WriteFileAtomically(folder / liggghts::kDeckFile, deck);
   const ProcessResult process = liggghts::RunDeck(folder, std::chrono::minutes(5));
   if (!process.succeeded()) {
     throw std::runtime_error(fmt::format("LIGGGHTS did not insert: {} {}", process.Describe(),
@@ -104,11 +103,21 @@ Packing InsertByLiggghts(const Program& program) {
   }
   Packing packing = liggghts::ReadDump(folder / kDump).back().packing;
   fs::remove_all(folder);
-  if (packing.size() != static_cast<std::size_t>(program.particles.count)) {
-    throw std::runtime_error(fmt::format("LIGGGHTS inserted {} of {} particles", packing.size(),
-                                         program.particles.count));
+  if (packing.size() != static_cast<std::size_t>(count)) {
+    throw std::runtime_error(
+        fmt::format("LIGGGHTS inserted {} of {} particles", packing.size(), count));
   }
   return packing;
+}
+
+}  // namespace
+
+Packing InsertByLiggghts(const Program& program) {
+  static std::map<std::string, Packing> known;  // by deck
+  const std::string deck = DeckOf(program);
+  const auto found = known.find(deck);
+  if (found != known.end()) return found->second;
+  return known[deck] = RunInsertion(deck, program.particles.count);
 }
 
 }  // namespace powdercal::benchmarks

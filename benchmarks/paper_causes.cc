@@ -380,13 +380,11 @@ json Greedy(Laboratory& laboratory, const Protocol& base, const json& start,
     RunAll(laboratory, protocols, rows, seeds);
     const Variant* next = nullptr;
     json next_result;
-    for (const Variant* variant : open) {
-      Protocol protocol = best;
-      variant->change(protocol);
-      json result = Compare(laboratory, name.empty() ? variant->name : name + " + " + variant->name,
-                            protocol, rows, seeds);
+    for (std::size_t i = 0; i < open.size(); ++i) {
+      json result = Compare(laboratory, name.empty() ? open[i]->name : name + " + " + open[i]->name,
+                            protocols[i], rows, seeds);
       if (next != nullptr && Rank(result) >= Rank(next_result)) continue;
-      next = variant;
+      next = open[i];
       next_result = std::move(result);
     }
     if (next == nullptr || Rank(next_result) > 0.98 * reached) return path;
@@ -417,10 +415,9 @@ json Run(const Options& options) {
   RunAll(laboratory, protocols, rows, options.seeds);
   const json start = Compare(laboratory, "base", base, rows, options.seeds);
   std::vector<json> results = {start};
-  for (const Variant* variant : variants) {
-    Protocol protocol = base;
-    variant->change(protocol);
-    results.push_back(Compare(laboratory, variant->name, protocol, rows, options.seeds));
+  for (std::size_t i = 0; i < variants.size(); ++i) {
+    results.push_back(
+        Compare(laboratory, variants[i]->name, protocols[i + 1], rows, options.seeds));
   }
   json report = {{"backend", options.backend},
                  {"particles", options.particles},

@@ -11,9 +11,10 @@
 #include <string>
 #include <vector>
 
-#include "benchmarks/paper_bed.h"
 #include "benchmarks/run_program.h"
+#include "core/table.h"
 #include "optimizers/designs/design.h"
+#include "studies/surrogate_comparison.h"
 #include "surrogates/surrogate.h"
 
 namespace {
@@ -21,9 +22,9 @@ namespace {
 using namespace powdercal;
 using nlohmann::json;
 
-constexpr double kLeast[2] = {1e2, 0.05};  // k [J/m3], mu_r: the paper's box
-constexpr double kMost[2] = {1e5, 0.7};
-constexpr double kChoice[2] = {47'500, 0.5};  // the paper's
+constexpr const char* kTable = POWDERCAL_SOURCE_DIR "/studies/library/hastelloy_x_table3.csv";
+constexpr double kCohesion = 47'500;  // [J/m3] the paper's choice
+constexpr double kRolling = 0.5;
 
 struct Options {
   std::string surrogate = "gaussian_process";
@@ -32,44 +33,40 @@ struct Options {
   bool as_json = false;
 };
 
+// Over k and mu_r, on the box that the table's rows fill: the paper's.
 class VoidRatio {
  public:
   explicit VoidRatio(const std::string& surrogate) : surrogate_(MakeSurrogate(surrogate)) {
-    const auto& rows = benchmarks::Table3();
-    const auto count = static_cast<Eigen::Index>(rows.size());
-    Eigen::MatrixXd points(count, 2);
-    Eigen::VectorXd values(count);
-    for (Eigen::Index i = 0; i < count; ++i) {
-      const benchmarks::TableRow& row = rows[static_cast<std::size_t>(i)];
-      points.row(i) << InBox(0, row.cohesion), InBox(1, row.rolling);
-      values[i] = row.void_ratio;
-    }
-    surrogate_->Fit(points, values, {});
+    const KnownEvaluations known = EvaluationsOf(Table::ReadCsv(kTable), {}, {});
+    space_ = known.space;
+    surrogate_->Fit(known.responses[0].points, known.responses[0].values, {});
   }
 
+  const Parameter& k() const { return space_.parameters[0]; }
+  const Parameter& mu_r() const { return space_.parameters[1]; }
+
   double AtBox(double x, double y) const { return surrogate_->Predict(Eigen::Vector2d(x, y)).mean; }
-  double At(double k, double mu_r) const { return AtBox(InBox(0, k), InBox(1, mu_r)); }
+  double At(double k, double mu_r) const {
+    return surrogate_->Predict(space_.ToUnit(Eigen::Vector2d(k, mu_r))).mean;
+  }
   std::string Describe() const { return surrogate_->Describe(); }
 
   // The least k at which e reaches the target; NaN where it never does.
   double KAt(double mu_r, double target) const {
     constexpr int kSteps = 2000;
-    double before = At(kLeast[0], mu_r);
+    double before = At(k().lower, mu_r);
+    const double width = (k().upper - k().lower) / kSteps;
     for (int i = 1; i <= kSteps; ++i) {
-      const double width = (kMost[0] - kLeast[0]) / kSteps;
-      const double k = kLeast[0] + i * width;
-      const double e = At(k, mu_r);
-      if (before < target && e >= target) return k - width * (e - target) / (e - before);
+      const double cohesion = k().lower + i * width;
+      const double e = At(cohesion, mu_r);
+      if (before < target && e >= target) return cohesion - width * (e - target) / (e - before);
       before = e;
     }
     return NAN;
   }
 
  private:
-  static double InBox(int axis, double value) {
-    return (value - kLeast[axis]) / (kMost[axis] - kLeast[axis]);
-  }
-
+  SearchSpace space_;
   std::unique_ptr<Surrogate> surrogate_;
 };
 
@@ -98,7 +95,7 @@ json Examine(const Options& options) {
   double least = HUGE_VAL;
   double most = -HUGE_VAL;
   for (int i = 0; i <= 13; ++i) {
-    const double mu_r = kLeast[1] + i * (kMost[1] - kLeast[1]) / 13;
+    const double mu_r = e.mu_r().lower + i * (e.mu_r().upper - e.mu_r().lower) / 13;
     const double k = e.KAt(mu_r, options.target);
     line.push_back({{"mu_r", mu_r}, {"k", std::isfinite(k) ? json(k) : json()}});
     if (!std::isfinite(k)) continue;
@@ -107,18 +104,17 @@ json Examine(const Options& options) {
   }
   const double dk = 100;
   const double dmu = 0.01;
-  const double by_k =
-      (e.At(kChoice[0] + dk, kChoice[1]) - e.At(kChoice[0] - dk, kChoice[1])) / (2 * dk);
+  const double by_k = (e.At(kCohesion + dk, kRolling) - e.At(kCohesion - dk, kRolling)) / (2 * dk);
   const double by_mu =
-      (e.At(kChoice[0], kChoice[1] + dmu) - e.At(kChoice[0], kChoice[1] - dmu)) / (2 * dmu);
+      (e.At(kCohesion, kRolling + dmu) - e.At(kCohesion, kRolling - dmu)) / (2 * dmu);
   json report = {{"surrogate", options.surrogate}, {"fit", e.Describe()},
                  {"target", options.target},       {"sd", options.sd},
                  {"line", std::move(line)},        {"total_indices", TotalIndices(e)}};
   report["k_on_line"] = least <= most ? json{least, most} : json();
   report["choice"] = {
-      {"k", kChoice[0]},
-      {"mu_r", kChoice[1]},
-      {"e", e.At(kChoice[0], kChoice[1])},
+      {"k", kCohesion},
+      {"mu_r", kRolling},
+      {"e", e.At(kCohesion, kRolling)},
       {"de_dk", by_k},
       {"de_dmu_r", by_mu},
       {"sd_k_at_that_mu_r", by_k != 0 ? json(options.sd / std::abs(by_k)) : json()},

@@ -1,8 +1,8 @@
-# powdercal_library(FOLDER SOURCES a.cc … DEPENDS core … LIBRARIES Eigen3::Eigen … [TOGETHER])
-# One static library per folder: powdercal_FOLDER, also known as powdercal::FOLDER. TOGETHER: no name that
-# is private to a source occurs in another one.
+# powdercal_library(FOLDER SOURCES a.cc … DEPENDS core … LIBRARIES Eigen3::Eigen …)
+# One static library per folder: powdercal_FOLDER, also known as powdercal::FOLDER. No name that is private
+# to one of its sources occurs in another.
 function(powdercal_library folder)
-  cmake_parse_arguments(arg "TOGETHER" "" "SOURCES;DEPENDS;LIBRARIES;PRIVATE_LIBRARIES" ${ARGN})
+  cmake_parse_arguments(arg "" "" "SOURCES;DEPENDS;LIBRARIES;PRIVATE_LIBRARIES" ${ARGN})
   set(target powdercal_${folder})
   add_library(${target} STATIC ${arg_SOURCES})
   add_library(powdercal::${folder} ALIAS ${target})
@@ -15,12 +15,11 @@ function(powdercal_library folder)
   endforeach()
   target_link_libraries(${target} PUBLIC ${arg_LIBRARIES} PRIVATE ${arg_PRIVATE_LIBRARIES})
   powdercal_compile_options(${target})
-  if(arg_TOGETHER)
-    powdercal_compile_together(${target})
-  endif()
+  powdercal_compile_together(${target})
   set_property(GLOBAL APPEND PROPERTY POWDERCAL_LIBRARIES ${target})
 endfunction()
 
+# Several sources at a time, where the preset says so.
 function(powdercal_compile_together target)
   if(NOT POWDERCAL_COMPILE_TOGETHER)
     return()
